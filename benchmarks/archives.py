@@ -29,7 +29,7 @@ from pyarrow import csv
 
 import accelcal
 from accelcal.archive.block import Block, fit_block
-from accelcal.archive.reading import read_files
+from accelcal.archive.parts import read_files
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import find_sources
 from accelcal.io.ordinary import reader as ordinary

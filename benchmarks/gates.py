@@ -25,11 +25,10 @@ from coverage import record_of
 from tumble import Stand, Unit, readings
 
 import accelcal
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import noise_of_stack
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
+from accelcal.gates.record import gates_of_stack
 from accelcal.gates.stack import TableStack
-from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import SIGNIFICANT
 
 Columns = dict[str, np.ndarray]

@@ -16,9 +16,9 @@ import argparse
 import numpy as np
 
 from accelcal.stability.allan import overlapping_allan
+from accelcal.stability.components import deviation
 from accelcal.stability.noise_terms import noise_terms
 from accelcal.stability.record import Launch
-from accelcal.stability.spread import deviation
 from accelcal.stability.trend import fit_trend
 
 SAMPLES = 600

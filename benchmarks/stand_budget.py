@@ -22,7 +22,7 @@ import numpy as np
 from tumble import Stand, Unit, readings
 
 import accelcal
-from accelcal.stand_uncertainty.distribution import Distribution, distribution
+from accelcal.stand_uncertainty.stand import Distribution, distribution
 
 PAPER = Path(__file__).parents[1] / "examples" / "paper-stand.toml"
 

@@ -22,8 +22,8 @@ import pytest
 from rows_of_calibrations import assert_rows_are_those_of_fits, warnings
 
 import accelcal
-from accelcal.archive import fitting, journal, parts, reading, through, workers
-from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive import block, journal, parts, through, workers
+from accelcal.archive.formats import LAWS, ROWS
 from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
 from accelcal.errors import InputError
@@ -355,12 +355,10 @@ def test_wrong_use_is_one_line(tmp_path, monkeypatch, capsys, arguments, said):
     ],
 )
 def test_what_happens_to_one_file_ends_no_batch(archive, monkeypatch, error, told):
-    from accelcal.archive import fitting
-
     def calibrate_many(*_):
         raise error
 
-    monkeypatch.setattr(fitting, "calibrate_many", calibrate_many)
+    monkeypatch.setattr(block, "calibrate_many", calibrate_many)
     found = accelcal.batch(archive / "2024" / "t000.csv")
     assert f"t000.csv: {told}" in found.errors["message"][0]
 
@@ -798,14 +796,14 @@ def test_a_table_that_is_read_whole_is_fitted_in_parts(tmp_path, monkeypatch):
     path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
     expected = accelcal.batch(path)
     fitted = []
-    calibrate = fitting.calibrate_many
+    calibrate = block.calibrate_many
 
     def noted(records, options):
         fitted.append(sum(map(len, records)))
         return calibrate(records, options)
 
-    monkeypatch.setattr(fitting, "calibrate_many", noted)
-    monkeypatch.setattr(fitting, "_AT_A_TIME", 60)
+    monkeypatch.setattr(block, "calibrate_many", noted)
+    monkeypatch.setattr(block, "_AT_A_TIME", 60)
     found = accelcal.batch(path)
     assert max(fitted) <= 60
     assert len(fitted) > 5
@@ -889,7 +887,7 @@ def test_a_bug_of_the_quick_reader_costs_no_file(tmp_path, monkeypatch):
     def broken(*_):
         raise IndexError
 
-    monkeypatch.setattr(reading, "read_ordinary", broken)
+    monkeypatch.setattr(parts, "read_ordinary", broken)
     same_frames(accelcal.batch(tmp_path), expected)
     assert len(expected.tables) >= 3
 
@@ -953,18 +951,16 @@ def test_rows_are_those_of_calibrations(files_of_plans, options):
 
 
 def test_a_record_that_fails_costs_no_other(tmp_path, monkeypatch):
-    from accelcal.archive import fitting
-
     def stacked_tables(stack):
         if any(record.serial == "bad" for record in stack.plan.records):
             raise IndexError("index 3 is out of bounds")
         return tables_of(stack)
 
-    tables_of = fitting.stacked_tables
+    tables_of = block.stacked_tables
     for index, serial in enumerate(("a", "bad", "c")):
         record = accelcal.simulate(seed=index, plan=PLANS[0])
         accelcal.write_table(replace(record, serial=serial), tmp_path / f"{index}.csv")
-    monkeypatch.setattr(fitting, "stacked_tables", stacked_tables)
+    monkeypatch.setattr(block, "stacked_tables", stacked_tables)
     found = accelcal.batch(tmp_path)
     assert (
         list(found.tables["serial"].unique()) == list(found.laws["serial"].unique()) == ["a", "c"]

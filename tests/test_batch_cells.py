@@ -9,9 +9,8 @@ import pytest
 
 import accelcal
 from accelcal.archive import formats
-from accelcal.archive.columns import ROWS, put_together
-from accelcal.archive.fitting import fit_records
-from accelcal.archive.formats import encode
+from accelcal.archive.block import fit_records
+from accelcal.archive.formats import ROWS, encode, put_together
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.arrays import Labels

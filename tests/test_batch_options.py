@@ -11,7 +11,7 @@ import pytest
 from rows_of_calibrations import warnings
 
 import accelcal
-from accelcal.archive import fitting, through
+from accelcal.archive import block, through
 from accelcal.archive.batch import BatchOptions
 from accelcal.archive.block import Block, fit_block
 from accelcal.archive.settings import Settings
@@ -79,7 +79,7 @@ def assert_rows_are_those_of_fit(folder, **asked):
 
 
 def one_by_one(monkeypatch):
-    monkeypatch.setattr(fitting, "_one_by_one", lambda *_: pytest.fail("one by one"))
+    monkeypatch.setattr(block, "_one_by_one", lambda *_: pytest.fail("one by one"))
 
 
 def test_a_known_head_is_that_of_fit(archive, monkeypatch):

@@ -11,8 +11,7 @@ import pytest
 
 import accelcal
 from accelcal.archive import parts
-from accelcal.archive.arrow import arrow_bytes, parquet_frame
-from accelcal.archive.columns import FrameColumn
+from accelcal.archive.formats import FrameColumn, arrow_bytes, parquet_frame
 from accelcal.archive.sources import find_sources
 from accelcal.arrays import Labels
 from accelcal.io.files.parquet import as_csv, read_rows, row_ranges

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.archive import fitting
+from accelcal.archive import block
 from accelcal.archive.stacked_rows import stacked_tables, verdicts_of
 from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
@@ -139,7 +139,7 @@ def test_a_batch_judges_as_a_fit_does(archive):
 
 
 def test_a_data_sheet_takes_no_record_by_itself(archive, monkeypatch):
-    monkeypatch.setattr(fitting, "_one_by_one", lambda *_: pytest.fail("one by one"))
+    monkeypatch.setattr(block, "_one_by_one", lambda *_: pytest.fail("one by one"))
     assert len(accelcal.batch(archive, specification=AL15).errors) == 0
 
 

@@ -194,6 +194,14 @@ def test_the_noise_of_each_run_averages_out_in_their_mean():
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+@pytest.mark.parametrize("clamped", [(0.0, 0.0), (0.0, 90.0)])
+def test_runs_of_several_clampings_are_named_where_their_mean_counts_the_head_as_common(clamped):
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 20.0)), seed=1)
+    record = replace(record, clamping=np.take(clamped, record.run))
+    told = " ".join(accelcal.fit(record).warnings)
+    assert ("clamped at 0 and 90 deg on the head" in told) is (clamped == (0.0, 90.0))
+
+
 def test_the_mean_of_runs_in_both_mountings_is_that_of_one_side():
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0), mountings=("o+", "o-"))
     calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))

@@ -61,7 +61,7 @@ compensations = st.builds(
         CrossAxis, st.sampled_from(["a_p", "a_o"]), laws(st.floats(-0.01, 0.01), 1e-5),
         st.floats(-1e-3, 1e-3),
     ),
-    covariance=st.just(NOTHING),
+    errors=st.just((NOTHING, NOTHING)),
     T0_degC=st.floats(-10.0, 40.0),
     temperatures=st.just((-60.0, 100.0)),
 )  # fmt: skip
@@ -72,7 +72,7 @@ TYPICAL = Compensation(
     k2=1e-4,
     k3=8e-5,
     cross=CrossAxis("a_p", Law(1.15e-3, Slope(1.5e-6), Slope(1.2e-6)), 2e-5),
-    covariance=NOTHING,
+    errors=(NOTHING, NOTHING),
     T0_degC=20.0,
     temperatures=(-40.0, 80.0),
 )
@@ -105,7 +105,7 @@ def test_inverse_of_forward(found, a_i, temperature, across):
 
 def test_inverse_of_forward_with_both_cross_axes():
     found = dataclasses.replace(
-        TYPICAL, other=OtherAxis("a_o", Law(-7e-4), 3e-5, ((0.0,) * 4,) * 4)
+        TYPICAL, other=OtherAxis("a_o", Law(-7e-4), 3e-5, (((0.0,) * 4,) * 4,) * 2)
     )
     a_i = np.linspace(-20.0, 20.0, 41)
     output = [forward(found, a, 35.0, 2.0, -3.0) for a in a_i]
@@ -244,7 +244,7 @@ def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
     of_bias, of_launch = 3e-6, 4e-6
     known = np.zeros((12, 12))
     known[0, 0] = of_bias**2
-    told = {"covariance": rows_of(known), "over_dof": rows_of(known / 7.0)}
+    told = {"errors": (rows_of(known), rows_of(known / 7.0))}
     found = dataclasses.replace(TYPICAL, **told)
     alone = compensate(found, [0.0, 1.35], 20.0)
     assert alone.expanded_uncertainty / alone.standard_uncertainty == pytest.approx(
@@ -256,7 +256,7 @@ def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
     dof = 1.0 / (0.36 / 7.0 + 0.64 / 2.0)
     factor = both.expanded_uncertainty / both.standard_uncertainty
     assert factor == pytest.approx(stats.t.ppf(0.975, dof), rel=1e-3)
-    sure = compensate(dataclasses.replace(found, over_dof=()), [0.0], 20.0)
+    sure = compensate(dataclasses.replace(found, errors=(found.covariance, NOTHING)), [0.0], 20.0)
     assert sure.expanded_uncertainty == pytest.approx(1.959964 * sure.standard_uncertainty)
 
 
@@ -265,7 +265,7 @@ def test_an_error_that_two_coefficients_share_has_its_own_degrees_of_freedom():
     of_head, of_noise = np.zeros((12, 12)), np.zeros((12, 12))
     of_head[:2, :2] = 1e-12 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     of_noise[0, 0] = 1e-14
-    told = {"covariance": rows_of(of_head + of_noise), "over_dof": rows_of(of_noise / 3.0)}
+    told = {"errors": (rows_of(of_head + of_noise), rows_of(of_noise / 3.0))}
     found = dataclasses.replace(TYPICAL, **told)
     a_i = np.array([0.0, 1.0 - 3.2e-3])  # bias and scale factor act alike at an output of 1 g
     measured = compensate(found, forward(found, a_i, 20.0, 0.0), 20.0)
@@ -304,8 +304,8 @@ def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
     one[0, 0], other[0, 0] = 1e-12, 9e-12
     found = dataclasses.replace(
         TYPICAL,
-        covariance=rows_of(one),
-        other=OtherAxis("a_o", Law(0.0), 0.0, rows_of(other), rows_of(other / 2.0)),
+        errors=(rows_of(one), NOTHING),
+        other=OtherAxis("a_o", Law(0.0), 0.0, (rows_of(other), rows_of(other / 2.0))),
     )
     told = compensate(found, [0.0], 20.0, a_o=1.0)
     assert told.standard_uncertainty == pytest.approx([4e-6], rel=1e-3)
@@ -325,8 +325,7 @@ def test_the_expanded_uncertainty_holds_a_new_launch_that_few_launches_tell():
             found = dataclasses.replace(
                 TYPICAL,
                 k0=Law(own.mean()),
-                covariance=rows_of(known),
-                over_dof=rows_of(known / (n - 1.0)),
+                errors=(rows_of(known), rows_of(known / (n - 1.0))),
                 launch=Launch(s, 0.0, bias_dof=n - 1.0),
             )
             told = compensate(found, [1.35 * bias], 20.0)

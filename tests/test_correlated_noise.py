@@ -7,9 +7,8 @@ from numpy.testing import assert_allclose
 import accelcal
 from accelcal.calibrate.fit import calibrate_many
 from accelcal.estimate.correlated_noise import correlation
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 
 SAID = "each reading is correlated with the next"
 NOISE = 5e-6

@@ -14,8 +14,15 @@ import accelcal
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS
 from accelcal.planning.compare import design_of
-from accelcal.planning.criterion import covariances, criterion_of, losses, seen_from
-from accelcal.planning.exchange import Budget, exchange, polish
+from accelcal.planning.exchange import (
+    Budget,
+    covariances,
+    criterion_of,
+    exchange,
+    losses,
+    polish,
+    seen_from,
+)
 from accelcal.planning.pace import Pace
 from accelcal.planning.prediction import forecasts
 from accelcal.planning.sheet import COLUMNS, sheet

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from accelcal.estimate.residuals import two_product, two_sum
+from accelcal.estimate.replicates import two_product, two_sum
 
 
 @pytest.mark.parametrize(

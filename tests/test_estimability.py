@@ -10,8 +10,7 @@ from tumble_oracle import NAMES, forward, record, rows, turn
 
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import estimability
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 
 
 def exact_design(positions):

@@ -16,8 +16,7 @@ from tumble_oracle import AL15, NAMES, UNITY, Apparatus, forward, rates, record,
 
 from accelcal.errors import DesignError, InputError
 from accelcal.estimate.estimability import estimability
-from accelcal.estimate.linear import METHODS, linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import METHODS, linear_estimator, prepare
 from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import head_positions
 from accelcal.printed import CLOSED_FORMS, documented_bias

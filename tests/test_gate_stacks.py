@@ -9,15 +9,12 @@ import pytest
 from one_record import noises_of_record
 
 import accelcal
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 from accelcal.gates import order, replicates, sizes
-from accelcal.gates.plan import TablePlan, plan_of
-from accelcal.gates.record import RecordStack, gates_of_records
-from accelcal.gates.replicate_plan import Cells, ReplicatePlan
+from accelcal.gates.plan import Cells, ReplicatePlan, TablePlan, plan_of
+from accelcal.gates.record import RecordStack, gates_of_records, gates_of_stack
 from accelcal.gates.stack import TableStack, of_one_plan
-from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import SIGNIFICANT, VERDICTS
 from accelcal.geometry import accelerations
 from accelcal.head_angles import position_angles
@@ -200,7 +197,7 @@ def test_tables_of_several_plans_are_told_apart():
 
 
 def test_a_large_stack_judges_swaps_in_parts(monkeypatch):
-    monkeypatch.setattr("accelcal.gates.swaps._NUMBERS", 100)
+    monkeypatch.setattr("accelcal.gates.order._NUMBERS", 100)
     assert_alike(list(faulty(*plan(2), count=40)))
 
 

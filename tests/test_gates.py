@@ -15,13 +15,12 @@ from one_record import noises_of_record
 
 import accelcal
 from accelcal.calibrate.fit import calibrate_many
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 from accelcal.gates import order, plan
+from accelcal.gates.order import best_swap, swap_blocks
+from accelcal.gates.record import gates_of_stack
 from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis, Groups, LeftOut
-from accelcal.gates.swaps import best_swap, swap_blocks
-from accelcal.gates.table import gates_of_stack
 from accelcal.numerics import grouping
 from accelcal.numerics.grouping import grouped
 
@@ -360,7 +359,14 @@ def test_all_strokes_shifted(strokes, positions, turn):
 def test_all_strokes_of_the_other_sign():
     warned = warnings_of(fitted(times(-1.0, *ALL)))
     assert set(warned) == {PROPORTIONS}
-    assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* mA/g is not positive: the sign")
+    assert_said(warned, PROPORTIONS, r"K1 is not positive \(-1\.35\d* mA/g\): the sign")
+
+
+def test_a_turned_sign_is_told_once_of_all_runs():
+    record = accelcal.simulate(seed=1)
+    told = str(accelcal.fit(replace(record, output=-record.output)))
+    assert told.count("K1 is not positive") == 1
+    assert "the same for 2 other runs: 2, 3" in " ".join(told.split())
 
 
 @pytest.mark.parametrize(("places", "turn"), [(3, -135), (5, 135)])

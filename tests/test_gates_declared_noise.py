@@ -10,10 +10,9 @@ import pytest
 import accelcal
 from accelcal.estimate.tables import prepare
 from accelcal.gates import replicates
-from accelcal.gates.plan import spread_of
-from accelcal.gates.replicate_plan import ReplicatePlan
+from accelcal.gates.plan import ReplicatePlan, spread_of
+from accelcal.gates.record import gates_of_stack
 from accelcal.gates.stack import TableStack, of_one_plan
-from accelcal.gates.table import gates_of_stack
 from accelcal.geometry import accelerations
 from accelcal.head_angles import position_angles
 from accelcal.model import output

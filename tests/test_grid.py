@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from accelcal.estimate.grid import Grid
+from accelcal.estimate.contrasts import Grid
 
 
 def misfit(points, share, shape, squares):

@@ -16,13 +16,11 @@ from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.documents import read_entries
 from accelcal.recalibrations import jumps
-from accelcal.recalibrations.bends import jumps_like_bends
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
-from accelcal.recalibrations.jumps import line_with_steps, search_jumps
-from accelcal.recalibrations.regression import farthest, fit_line, proportions
-from accelcal.recalibrations.wandering import line_of_a_walk
+from accelcal.recalibrations.jumps import jumps_like_bends, line_with_steps, search_jumps
+from accelcal.recalibrations.regression import farthest, fit_line, line_of_a_walk, proportions
 from accelcal.results.documents.stored import all_to_json
 
 UG = 1e-6

@@ -126,8 +126,7 @@ def test_curvature_counts_as_the_levels_show_it(seven):
     found = compensation(seven, by="levels")
     rise, bent = found.table.rise, np.zeros_like(found.table.values)
     bent[:, 0] = 1e-7 * rise**2
-    nothing = np.zeros((7, 6, 6))
-    errors = found.table.common._replace(covariance=nothing, over_dof=nothing)
+    errors = np.zeros((2, 7, 6, 6))
     table = found.table._replace(values=bent, common=errors, own=errors)
     for at in (-55.0, -31.0, 10.0, 45.0):
         true = 1e-7 * at**2

@@ -13,10 +13,9 @@ from accelcal.calibrate.fit import calibrate_many
 from accelcal.estimate import head as head_module
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.head import PositionMeans, head_error, lack_of_fit
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import noise_of_stack
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.simulation import NOISE_FREE
 

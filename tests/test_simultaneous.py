@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from accelcal.numerics.probability import student_quantile
-from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
+from accelcal.numerics.probability import path_length, simultaneous_quantile, student_quantile
 
 TRIALS = 40_000
 POWERS = np.linspace(-1.0, 1.0, 41)[:, None] ** np.arange(4)

@@ -15,11 +15,16 @@ from accelcal.io.tables import read_table
 from accelcal.model import bias_bound
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.analysis import analyse
-from accelcal.stability.bound import coverage_factor, random_bias
+from accelcal.stability.components import (
+    coverage_factor,
+    deviation,
+    hysteresis,
+    lag1_correlation,
+    random_bias,
+    threshold,
+)
 from accelcal.stability.record import Launch, StabilityRecord, averaged, split_at_gaps
 from accelcal.stability.scale_factor import scale_factor_from
-from accelcal.stability.spread import deviation, lag1_correlation
-from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import fit_trend
 
 stats = pytest.importorskip("scipy.stats")

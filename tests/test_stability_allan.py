@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from real_data import real_file
 
-from accelcal.stability.allan import overlapping_allan
+from accelcal.stability.allan import even_series, overlapping_allan
 from accelcal.stability.noise_terms import TERMS, _products, noise_terms
 from accelcal.stability.record import Launch
-from accelcal.stability.sampling import even_series
 
 STABLE32 = {  # factor: differences, alpha, lower, deviation, upper at one sigma
     1: (999, 0, 2.8515e-01, "2.9223e-01", 2.9987e-01),

@@ -15,11 +15,10 @@ from accelcal.numerics.probability import student_quantile
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 from accelcal.specification import Limit, Specification
 from accelcal.stand_uncertainty.budget import stand_budget
-from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.estimator import estimator_of
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import CHANNELS, StandConditions, StandError, readings_of
-from accelcal.stand_uncertainty.stand import Stand, StandComponent
+from accelcal.stand_uncertainty.stand import Distribution, Stand, StandComponent, distribution
 
 PAPER = Path(__file__).parents[1] / "examples" / "paper-stand.toml"
 IDEAL = Accelerometer(

@@ -20,10 +20,9 @@ from accelcal.io.toml.stand import read_stand
 from accelcal.results.stand_budget import StandBudget
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 from accelcal.stand_uncertainty.budget import stand_budget
-from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.monte_carlo import numerical_tolerance
-from accelcal.stand_uncertainty.stand import Stand, StandComponent
+from accelcal.stand_uncertainty.stand import Distribution, Stand, StandComponent
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PAPER = EXAMPLES / "paper-stand.toml"

@@ -15,12 +15,12 @@ from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.reference import bilinear_design
 from accelcal.simulation import NoiseComponents, TumblePlan
-from accelcal.temperature.generalised_least_squares import law_maps
+from accelcal.temperature.bilinear import law_maps
 from accelcal.temperature.laws import laws_of_stack
+from accelcal.temperature.levels import RecordedTemperatures
 from accelcal.temperature.product import fit as steps
 from accelcal.temperature.product.errors import errors_at, product_fit, sizes_at
 from accelcal.temperature.product.fit import estimator, solved
-from accelcal.temperature.recorded import RecordedTemperatures
 
 DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}
 THREE = (20.0, 80.0, -40.0)

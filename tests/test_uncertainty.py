@@ -21,7 +21,7 @@ from tumble_oracle import (
     turn,
 )
 
-from accelcal.calibrate.quantities import table_quantities
+from accelcal.calibrate.of_record import table_quantities
 from accelcal.estimate.launch import run_shift
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import (

@@ -87,10 +87,10 @@ from .stability.analysis import analyse as analyse
 from .stability.record import Launch as Launch
 from .stability.record import StabilityRecord as StabilityRecord
 from .stand_uncertainty.budget import stand_budget as stand_budget
-from .stand_uncertainty.distribution import Distribution as Distribution
-from .stand_uncertainty.distribution import distribution as distribution
+from .stand_uncertainty.stand import Distribution as Distribution
 from .stand_uncertainty.stand import Stand as Stand
 from .stand_uncertainty.stand import StandComponent as StandComponent
+from .stand_uncertainty.stand import distribution as distribution
 from .triad.calibrate import calibrate_triad as calibrate_triad
 from .triad.record import TriadRecord as TriadRecord
 from .verdict.judge import judge as judge

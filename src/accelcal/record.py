@@ -24,7 +24,7 @@ from accelcal.errors import InputError
 from accelcal.frozen_mapping import kept_mapping
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.head_angles import head_positions, nominal_angles
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.plural import counted
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from contextlib import suppress
 import pandas as pd
 
 import accelcal
-from accelcal.archive.columns import ROWS
+from accelcal.archive.formats import ROWS
 from accelcal.errors import InputError
 from accelcal.results.tabular import gate_column
 

@@ -10,16 +10,19 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 from accelcal.archive.block import Told, fit_block, fit_to_file, work
-from accelcal.archive.columns import (
+from accelcal.archive.formats import (
     ERRORS,
+    FORMS,
     LAWS,
     ROWS,
     Columns,
     FrameColumn,
     in_notebook,
     put_together,
+    require_form,
+    results,
+    write_errors,
 )
-from accelcal.archive.formats import FORMS, require_form, results, write_errors
 from accelcal.archive.journal import growing_results, open_journal, work_and_keep
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url

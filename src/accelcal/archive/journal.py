@@ -24,8 +24,7 @@ from pathlib import Path
 from typing import IO
 
 from accelcal.archive.block import Block, Outcome, Told, keep_freed_memory, work
-from accelcal.archive.columns import LAWS, ROWS
-from accelcal.archive.formats import open_frame, results
+from accelcal.archive.formats import LAWS, ROWS, open_frame, results
 from accelcal.archive.lock import alone_in
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import is_url

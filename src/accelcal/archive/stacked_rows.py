@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from accelcal.archive.columns import (
+from accelcal.archive.formats import (
     LAWS,
     ROWS,
     Columns,

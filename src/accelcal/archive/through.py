@@ -7,7 +7,7 @@ from itertools import chain, count, groupby, islice
 from typing import Any, Protocol, TypeVar
 
 from accelcal.archive.block import Block, Outcome, from_file
-from accelcal.archive.columns import Columns
+from accelcal.archive.formats import Columns
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers

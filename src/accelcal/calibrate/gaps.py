@@ -15,8 +15,7 @@ import numpy as np
 
 from accelcal.arrays import Labels, Mask, Places
 from accelcal.estimate.head import MANY_POSITIONS
-from accelcal.estimate.pure_error import FEW
-from accelcal.estimate.trend import powers_of
+from accelcal.estimate.trend import FEW, powers_of
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 

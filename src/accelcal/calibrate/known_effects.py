@@ -10,8 +10,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
-from accelcal.estimate.linear import LinearEstimator, linear_estimator
-from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.tables import LinearEstimator, PreparedTable, linear_estimator
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR
 from accelcal.plural import listed

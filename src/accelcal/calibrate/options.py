@@ -13,7 +13,7 @@ from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Mask
 from accelcal.errors import AccelcalWarning
-from accelcal.estimate.linear import METHODS, Method
+from accelcal.estimate.tables import METHODS, Method
 from accelcal.model import COEFFICIENTS
 
 if TYPE_CHECKING:

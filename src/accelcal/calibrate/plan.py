@@ -41,6 +41,7 @@ _NUMBERS = 2**22
 _LONG = 1000
 """Readings of a record from which on one row alone is long enough for numpy to be quick."""
 
+_of_tables = ("outputs", "temperatures", "recorded")
 _of_plan = attrgetter("angle", "clamping", "stroke", "run", "mounting", "std", "count")
 
 
@@ -184,10 +185,8 @@ class OnePlan(NamedTuple):
             shared=records[0] if self.there is None else self.shared,
             there=self.there and tuple(own[places] for own in self.there),
             source=None if self.source is None else self.source[places],
-            outputs=tuple(y[places] for y in self.outputs),
-            temperatures=tuple(t[places] for t in self.temperatures),
-            recorded=tuple(t[places] for t in self.recorded),
             levels=self.levels[places],
+            **{name: tuple(own[places] for own in getattr(self, name)) for name in _of_tables},
         )
 
     def at_true_angles(

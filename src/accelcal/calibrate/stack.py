@@ -11,25 +11,23 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.calibrate.known_effects import corrections, effects_components, to_coefficients
-from accelcal.calibrate.of_record import calibration_of_record
+from accelcal.calibrate.of_record import TableQuantities, calibration_of_record, table_quantities
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
-from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.weaknesses import Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component
-from accelcal.gates.record import RecordStack, gates_of_records
+from accelcal.gates.record import RecordStack, gates_of_records, gates_of_stack
 from accelcal.gates.stack import TableStack, of_one_plan
-from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.laws import StackLaws, laws_of_stack, with_misalignment
-from accelcal.temperature.recorded import AtRest, RecordedTemperatures
+from accelcal.temperature.levels import AtRest, RecordedTemperatures
 
 if TYPE_CHECKING:
     from accelcal.discovery.in_use.correction import Correction

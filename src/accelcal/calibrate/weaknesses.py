@@ -13,8 +13,8 @@ from accelcal.calibrate.known_effects import said_of_effects
 from accelcal.calibrate.table_weaknesses import of_large_turn, of_table
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.reversal import clamping_of
+from accelcal.estimate.tables import PreparedTable, linear_estimator
 from accelcal.model import ERROR_TERMS
 from accelcal.plural import degrees_of_freedom, listed
 from accelcal.results.beyond_uncertainty import (
@@ -311,7 +311,7 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     )
     yield Sentence(
         has_laws & [not given and record.reference_temperature is None for record in records],
-        "T0 was not given: it is the level nearest to 20 degC",
+        "T0 was not given: it is the level nearest to 20 degC, to 0.1 degC",
     )
     for said in said_of_meanings(tables, stack.estimate):
         yield Sentence(has_laws, said)
@@ -321,6 +321,13 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     if len(_mountings(tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
+    if len({(t.mounting, clamping_of(t)) for t in tables}) > len(_mountings(tables)):
+        at = listed(f"{clamping:g}" for clamping in sorted(set(map(clamping_of, tables))))
+        yield Sentence(
+            ~has_laws,
+            f"the unit was clamped at {at} deg on the head, whose errors average over clampings: a"
+            " mean of runs counts them as common, and its U is too wide; accelcal head tells them",
+        )
 
 
 def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:

@@ -57,13 +57,13 @@ def history(
       accelcal history 2019.json 2021.json 2023.json --plot history.png
     """
     from accelcal.io.documents import read_entries
-    from accelcal.recalibrations.fleet import fleet_history_of
-    from accelcal.recalibrations.history import history_of
+    from accelcal.recalibrations.fleet import fleet_history
+    from accelcal.recalibrations.history import history as of_unit
 
     entries = read_entries(results)
     several = len({entry.serial for entry in entries}) > 1
     if serial is None and (several or due_before is not None):
-        fleet = fleet_history_of(
+        fleet = fleet_history(
             entries, mounting=mounting, temperature=temperature, alpha=alpha, due_before=due_before
         )
         deliver_picture(lambda: fleet.plot.drifts(), picture)
@@ -71,6 +71,6 @@ def history(
         return
     if due_before is not None:
         raise InputError("--due-before looks at all units; leave out --serial")
-    found = history_of(entries, serial, mounting=mounting, temperature=temperature, alpha=alpha)
+    found = of_unit(entries, serial, mounting=mounting, temperature=temperature, alpha=alpha)
     deliver_picture(lambda: found.plot.trends(), picture)
     deliver_result(found, path, form)

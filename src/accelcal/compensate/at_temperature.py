@@ -12,14 +12,18 @@ import numpy as np
 from accelcal.arguments.options import check_flag
 from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array
-from accelcal.compensate.assumptions import warn_of
-from accelcal.compensate.by_runs import are_alike, by_runs
 from accelcal.compensate.choice import By, compensation
 from accelcal.compensate.coefficients import PARAMETERS, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.of_table import lost_symbols
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
+from accelcal.compensate.ranges import (
+    CALIBRATE_THERE,
+    outside_temperatures,
+    warn_of,
+    within_temperatures,
+)
+from accelcal.compensate.runs import are_alike, by_runs
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.model import ERROR_UNITS
@@ -227,11 +231,10 @@ def mean_of_runs(calibration: Calibration, mounting: str | None = None) -> MeanO
 
 
 class _Propagation(NamedTuple):
-    """Derivatives of `PARAMETERS` by what two covariances are of, and these."""
+    """Derivatives of `PARAMETERS` by what errors are of, and these, shape (2, n, n)."""
 
     jacobian: Array
-    covariance: Array
-    over_dof: Array
+    errors: Array
 
 
 def _coefficients(
@@ -243,33 +246,31 @@ def _coefficients(
     quantities = {
         name: Quantity(None, None, units[name])
         if symbol_of(name, found.cross.name) in found.undetermined
-        else _quantity(value, row, told, units[name])
+        else _quantity(value, row, told.errors, units[name])
         for name, value, row in zip(PARAMETERS, values.tolist(), told.jacobian, strict=True)
     }
     names = [name for name, found in quantities.items() if found.standard_uncertainty is not None]
     jacobian = told.jacobian[[PARAMETERS.index(name) for name in names]]
-    matrices = (  # NaN is in nothing that has a name
-        rows_of(jacobian @ np.nan_to_num(own) @ jacobian.T)
-        for own in (told.covariance, told.over_dof)
-    )
-    return CoefficientsAt(quantities, tuple(names), *matrices)
+    errors = jacobian @ np.nan_to_num(told.errors) @ jacobian.T  # NaN is in nothing with a name
+    return CoefficientsAt(quantities, tuple(names), *map(rows_of, errors))
 
 
 def _between_levels(found: Compensation, rise: float) -> _Propagation:
     """Errors on the straight lines between levels."""
     assert isinstance(found, LevelCompensation)
-    return _Propagation(np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
+    return _Propagation(np.eye(len(PARAMETERS)), found.table.errors_at(rise))
 
 
 def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Propagation:
     """Errors by the laws or of a table, which are not known at all temperatures."""
-    covariance = np.array(found.covariance) if is_known else np.full_like(found.covariance, np.nan)
-    return _Propagation(found.derivatives(rise), covariance, np.array(found.over_dof))
+    errors = np.array(found.errors)
+    errors[0] += 0.0 if is_known else np.nan
+    return _Propagation(found.derivatives(rise), errors)
 
 
-def _quantity(value: float, row: Array, errors: _Propagation, unit: str) -> Quantity:
+def _quantity(value: float, row: Array, errors: Array, unit: str) -> Quantity:
     """One of them with its uncertainty, by the covariance of what it is made of."""
-    told = interval_of_parts([propagated(errors.covariance, errors.over_dof, list(row))])
+    told = interval_of_parts([propagated(errors, list(row))])
     standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
     if math.isnan(standard):
         return Quantity(value, None, unit)

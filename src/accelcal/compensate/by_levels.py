@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.assumptions import same_at_all_temperatures, without_covariance
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
-from accelcal.compensate.levels import LevelCompensation, LevelErrors, LevelTable
+from accelcal.compensate.levels import LevelCompensation, LevelTable
 from accelcal.compensate.of_table import by_table, lost_symbols, meanings_of, with_other
+from accelcal.compensate.ranges import same_at_all_temperatures, without_covariance
 from accelcal.compensate.runs import LevelRun, level_run, mean_run, weights_of
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
@@ -137,9 +137,7 @@ def _level_table(
     loop = (model.hysteresis.value if model and model.hysteresis else 0.0) or 0.0
     common, own = (np.array([getattr(x, name) for x in levels]) for name in ("common", "own"))
     common[:, 0] += [_spread(runs, slope, loop) for runs, slope in zip(groups, slopes, strict=True)]
-    return LevelTable(
-        rise, values, LevelErrors(*common.swapaxes(0, 1)), LevelErrors(*own.swapaxes(0, 1))
-    )
+    return LevelTable(rise, values, common.swapaxes(0, 1), own.swapaxes(0, 1))
 
 
 def _refuse_different(tables: Sequence[TableCalibration]) -> None:

@@ -9,30 +9,36 @@ from typing import Literal, get_args
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_choice
-from accelcal.compensate.assumptions import (
-    one_sided,
-    same_at_all_temperatures,
-    unknown_launch,
-    unknown_level,
-    without_covariance,
-)
 from accelcal.compensate.by_levels import level_compensation
-from accelcal.compensate.by_runs import are_alike, by_runs, said_of_runs
 from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
     Launch,
     Law,
 )
-from accelcal.compensate.covariance import errors_of_laws
-from accelcal.compensate.of_table import by_table, cross_name, lost_symbols, of_test, with_other
+from accelcal.compensate.of_table import (
+    by_table,
+    cross_name,
+    errors_of_laws,
+    lost_symbols,
+    of_test,
+    with_other,
+)
+from accelcal.compensate.ranges import (
+    one_sided,
+    same_at_all_temperatures,
+    unknown_launch,
+    unknown_level,
+    without_covariance,
+)
+from accelcal.compensate.runs import are_alike, by_runs, said_of_runs
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import counted
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import LOOK_ALIKES
+from accelcal.results.covariance import LOOK_ALIKES, rows_of
 from accelcal.results.table import TableCalibration, known_temperatures
 from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.temperature import TemperatureModel
@@ -76,7 +82,7 @@ def compensation(
         The calibration.
     run : str or int, optional
         Use the table of this run only; by default the temperature laws, or without laws the mean of
-        all runs, see `accelcal.compensate.by_runs`.
+        all runs, see `accelcal.compensate.runs`.
     by : {"laws", "levels"}, default "laws"
         How the coefficients depend on temperature: by the laws, or on straight lines between the
         levels, see `accelcal.compensate.levels`.
@@ -250,7 +256,7 @@ def _by_laws(
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(cross_name(table.mounting), laws["delta"], values["delta_ip"]),
-        **errors_of_laws(model, laws, alone)._asdict(),
+        errors=tuple(map(rows_of, errors_of_laws(model, laws, alone))),
         T0_degC=calibration.T0_degC,
         temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),

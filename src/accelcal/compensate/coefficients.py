@@ -156,8 +156,12 @@ class KnownErrors:
 
     __slots__ = ()
 
-    covariance: Rows
-    over_dof: Rows
+    errors: tuple[Rows, ...]
+
+    @property
+    def covariance(self) -> Rows:
+        """The first of the errors."""
+        return self.errors[0]
 
     @property
     def dof(self) -> Array:
@@ -165,8 +169,7 @@ class KnownErrors:
 
         Infinite where it was declared, or is exact or unknown.
         """
-        variance = np.diagonal(self.covariance)
-        over_dof = np.diagonal(self.over_dof) if self.over_dof else np.zeros(variance.size)
+        variance, over_dof = np.diagonal(np.array(self.errors), axis1=1, axis2=2)
         endless = np.full(variance.size, np.inf)
         return np.asarray(np.divide(variance, over_dof, out=endless, where=over_dof > 0.0))
 
@@ -177,14 +180,11 @@ class OtherAxis(KnownErrors, CrossAxis):
 
     Attributes
     ----------
-    covariance : tuple of tuple of float
-        Covariance of `OF_ONE_AXIS`.
-    over_dof : tuple of tuple of float
-        The same with each source of error over its degrees of freedom; empty where none end.
+    errors : tuple of tuple of tuple of float
+        Covariance of `OF_ONE_AXIS`, and with each source of error over its degrees of freedom.
     """
 
-    covariance: Rows
-    over_dof: Rows = ()
+    errors: tuple[Rows, ...]
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -225,9 +225,11 @@ class Compensation(KnownErrors):
         Nonlinearity [g/g^2], [g/g^3].
     cross : CrossAxis
         The cross axis that the tables turned.
-    covariance : tuple of tuple of float
-        Covariance of `PARAMETERS` and `SLOPES`; delta and delta_ip are those of `cross`. NaN where
-        unknown, the square of the slope itself where it was taken from the other side of T0.
+    errors : tuple of tuple of tuple of float
+        Covariance of `PARAMETERS` and `SLOPES`, and with each source of error over its degrees of
+        freedom, see `accelcal.results.covariance`; delta and delta_ip are those of `cross`. NaN
+        in the first where unknown, the square of the slope itself where it was taken from the other
+        side of T0.
     T0_degC : float or None
         Reference temperature [degC]; None where no temperature is known.
     temperatures : tuple of float, or None
@@ -252,9 +254,6 @@ class Compensation(KnownErrors):
         What was not determined, and what is assumed in its place.
     notes : tuple of str
         What is to be known of the coefficients, and nothing to be warned of.
-    over_dof : tuple of tuple of float
-        `covariance` with each source of error over its degrees of freedom, see
-        `accelcal.results.covariance`; empty where none end.
     effects : StaticEffects or None
         What the accelerometer adds to the model; None where nothing is known of it.
     """
@@ -264,7 +263,7 @@ class Compensation(KnownErrors):
     k2: float
     k3: float
     cross: CrossAxis
-    covariance: Rows
+    errors: tuple[Rows, ...]
     T0_degC: float | None
     temperatures: tuple[float, float] | None
     accelerations: tuple[float, float] = (-1.0, 1.0)
@@ -277,7 +276,6 @@ class Compensation(KnownErrors):
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    over_dof: Rows = ()
     effects: StaticEffects | None = None
 
     @property
@@ -324,7 +322,8 @@ class Compensation(KnownErrors):
         tilt, linear, parameters = np.zeros(()), np.ones(()), self.parameters(rise)
         for (*_, delta, delta_ip), along in zip(parameters, cross, strict=True):
             tilt = tilt + delta * along
-            linear = linear + delta_ip * _within_reach(along)
+            # NaN beyond what any solution is looked for
+            linear = linear + delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
         k0, K1, k2, k3, *_ = parameters[0]
         return Samples(rise, cross, k0, tilt, linear, k2, k3, K1)
 
@@ -336,12 +335,12 @@ class Compensation(KnownErrors):
         rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
         for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
             rows += [by_bias * one_side, relative * one_side, along * one_side]
-        main = propagated(self.covariance, self.over_dof, rows)
+        main = propagated(self.errors, rows)
         if self.other is None:
             return main
         along = samples.cross[1]
         rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-        return linear_sum(main, propagated(self.other.covariance, self.other.over_dof, rows))
+        return linear_sum(main, propagated(self.other.errors, rows))
 
     def heat_sensitivity(self, samples: Samples, a_i: Array, bracket: Array) -> Array:
         """Change of the bracket of the model with temperature [g/degC]."""
@@ -351,8 +350,3 @@ class Compensation(KnownErrors):
             tilt = tilt + axis.delta.local_slope(rise) * along
         of_effects = self.effects.heat_sensitivity(samples, a_i) if self.effects else 0.0
         return np.asarray(self.k0.local_slope(rise) + scale * bracket + tilt + of_effects)
-
-
-def _within_reach(along: Array) -> Array:
-    """Accelerations along a cross axis, NaN beyond what any solution is looked for [g]."""
-    return np.where(np.abs(along) <= FARTHEST, along, np.nan)

@@ -14,25 +14,12 @@ from accelcal.compensate.propagation import Part, linear_sum, ratio, variance_of
 from accelcal.effects.static import Samples
 from accelcal.estimate.launch import SAME_LEVEL
 
-__all__ = ["LevelCompensation", "LevelErrors", "LevelTable"]
+__all__ = ["LevelCompensation", "LevelTable"]
 
 _NEAREST = 0.25
 """A level is a neighbour from this part of an interval on: nearer ones tell a curvature badly."""
 
 _DELTA, _DELTA_IP = (PARAMETERS.index(name) for name in ("delta", "delta_ip"))
-
-
-class LevelErrors(NamedTuple):
-    """Covariance at each of L levels, and with each source over its degrees of freedom.
-
-    Attributes
-    ----------
-    covariance, over_dof : ndarray, shape (L, 6, 6)
-        NaN in the covariance where unknown.
-    """
-
-    covariance: Array
-    over_dof: Array
 
 
 class LevelTable(NamedTuple):
@@ -44,12 +31,13 @@ class LevelTable(NamedTuple):
         Temperature of each level minus T0, ascending [degC].
     values : ndarray, shape (L, 6)
         The coefficients.
-    common : LevelErrors
-        What may be the same at several levels: errors of the head, and all that nothing says to be
-        independent.
-    own : LevelErrors
-        What is new at each level: noise of the readings, shifts from launch to launch, and errors
-        of the temperature.
+    common : ndarray, shape (2, L, 6, 6)
+        Covariance at each level, NaN where unknown, and with each source over its degrees of
+        freedom, of what may be the same at several levels: errors of the head, and all that nothing
+        says to be independent.
+    own : ndarray, shape (2, L, 6, 6)
+        The same of what is new at each level: noise of the readings, shifts from launch to launch,
+        and errors of the temperature.
 
     Notes
     -----
@@ -81,8 +69,8 @@ class LevelTable(NamedTuple):
 
     rise: Array
     values: Array
-    common: LevelErrors
-    own: LevelErrors
+    common: Array
+    own: Array
 
     def at(self, rise: Array) -> Array:
         """Coefficients at each temperature, shape (..., 6)."""
@@ -119,7 +107,7 @@ class LevelTable(NamedTuple):
         for interval in np.unique(at).tolist():
             here = at == interval
             inside, rows = rise[here], jacobian[here]
-            for weight, covariance, told in self._terms(interval, inside):
+            for weight, (covariance, told) in self._terms(interval, inside):
                 variance[here] += weight * variance_of(rows, covariance)
                 if told.any():
                     over_dof[here] += weight * variance_of(rows, told)
@@ -127,15 +115,15 @@ class LevelTable(NamedTuple):
             variance[here] += (missed**2).sum(axis=0)
         return Part(variance, ratio(variance, over_dof))
 
-    def errors_at(self, rise: float) -> tuple[Array, Array]:
-        """Covariance at a temperature, and with each source over its dof, shape (6, 6)."""
+    def errors_at(self, rise: float) -> Array:
+        """Covariance at a temperature, and with each source over its dof, shape (2, 6, 6)."""
         place = np.array([rise])
         (interval,), _ = self._place(place)
         missed = self.departures(int(interval), place)[:, 0]
-        covariance, over_dof = missed.T @ missed, np.zeros((6, 6))
-        for weight, own, told in self._terms(int(interval), place):
-            covariance, over_dof = covariance + weight * own, over_dof + weight * told
-        return covariance, over_dof
+        errors = np.stack([missed.T @ missed, np.zeros((6, 6))])
+        for weight, own in self._terms(int(interval), place):
+            errors = errors + weight * own
+        return errors
 
     def departures(self, interval: int, rise: Array) -> Array:
         """Curves through the neighbouring levels minus the straight line of an interval.
@@ -188,16 +176,15 @@ class LevelTable(NamedTuple):
         low, high = self.rise[at], self.rise[at + 1]
         return at, np.asarray((rise - low) / (high - low))
 
-    def _terms(self, interval: int, rise: Array) -> list[tuple[Array, Array, Array]]:
-        """Weights, with the covariance and that over the dof that each belongs to."""
+    def _terms(self, interval: int, rise: Array) -> list[tuple[Array, Array]]:
+        """Weights, with the errors that each belongs to, shape (2, 6, 6)."""
         if self.rise.size == 1:
-            one = np.ones(rise.shape)
-            return [(one, *(part[0] for part in errors)) for errors in (self.common, self.own)]
+            return [(np.ones(rise.shape), errors[:, 0]) for errors in (self.common, self.own)]
         _, above = self._place(rise)
         weights = (1.0 - above, above)
         size = abs(weights[0]) + abs(weights[1])
         return [
-            (weight, errors.covariance[interval + end], errors.over_dof[interval + end])
+            (weight, errors[:, interval + end])
             for end, part in enumerate(weights)
             for weight, errors in ((size * abs(part), self.common), (part**2, self.own))
         ]

@@ -1,13 +1,15 @@
-"""What one table of a calibration gives to a compensation."""
+"""What one table of a calibration gives to a compensation, or laws do, with its covariance."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.compensate.coefficients import (
     OF_ONE_AXIS,
     PARAMETERS,
@@ -18,17 +20,96 @@ from accelcal.compensate.coefficients import (
     OtherAxis,
     symbol_of,
 )
-from accelcal.compensate.covariance import errors_of_table
 from accelcal.errors import InputError
-from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import METHODS, LinearEstimator, linear_estimator, prepare
 from accelcal.geometry import accelerations
-from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_TERMS
+from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_TERMS, LAWS
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
-from accelcal.results.table import TableCalibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration, quotients_by_coefficients
+from accelcal.results.temperature import TemperatureModel
 from accelcal.results.usable import undetermined
+
+_IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
+    name: name.replace("_slope_", " ") for name in SLOPES
+}
+"""Error of the compensation -> its name in the covariance of the temperature laws."""
+
+
+def errors_of_table(calibration: Calibration, table: TableCalibration) -> Array:
+    """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6), shape (2, 12, 12).
+
+    They are the covariance, NaN where unknown, and with each source over its degrees of freedom,
+    0 where unknown. A misalignment that is free of the fixture angle has its own uncertainty and
+    the correlations of the table. `SLOPES`, which are not in it, have no errors.
+    """
+    found = np.zeros((2, *2 * (len(PARAMETERS) + len(SLOPES),)))
+    of_parameters = found[:, : len(PARAMETERS), : len(PARAMETERS)]
+    of_parameters[0] = np.nan
+    if table.covariance_names:
+        jacobian = by_quotients(calibration, table)
+        of_parameters[:] = jacobian @ np.stack([table.covariance, table.over_dof]) @ jacobian.T
+    return found
+
+
+def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
+    """Derivatives of `PARAMETERS` by the p coefficients in the covariance of a table, shape (6, p).
+
+    That of K1 is relative.
+    """
+    by_K1 = np.equal(table.covariance_names, "K1") / (table.coefficients["K1"].value or np.nan)
+    rows = {**quotients_by_coefficients(table), "K1": by_K1}
+    jacobian = np.stack([rows[name] for name in PARAMETERS])
+    own, free = table.error_model["delta"], calibration.misalignment(table)
+    if own.standard_uncertainty and free is not own:
+        jacobian[PARAMETERS.index("delta")] *= standard_uncertainty(free) / own.standard_uncertainty
+    return jacobian
+
+
+def errors_of_laws(
+    model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
+) -> Array:
+    """Errors of `PARAMETERS` and `SLOPES` from those of the laws of k0, K1 and delta, (2, 12, 12).
+
+    k2, k3 and delta_ip, `common` to all temperatures, have no law. What is not in the covariance of
+    the model is uncorrelated.
+    """
+    names, scale_factor = (*PARAMETERS, *SLOPES), laws["K1"].at_T0
+    variance, dof = _each_alone(model, laws, common)
+    errors = np.stack([np.diag(variance), np.diag(np.nan_to_num(variance / dof))])
+    places = {_IN_MODEL.get(name, name): place for place, name in enumerate(names)}
+    known = [i for i, name in enumerate(model.covariance_names) if name in places]
+    own = [places[model.covariance_names[i]] for i in known]
+    relative = np.array([1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own])
+    for whole, told in zip(errors, (model.covariance, model.over_dof), strict=True):
+        whole[np.ix_(own, own)] = told[np.ix_(known, known)] * np.outer(relative, relative)
+    return errors
+
+
+def _each_alone(
+    model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
+) -> tuple[Array, Array]:
+    """Variance of each of `PARAMETERS` and `SLOPES`, and its degrees of freedom."""
+    quantities: dict[str, Quantity | None] = dict(common)
+    sigma = {n: standard_uncertainty(q) if q.value is not None else 0.0 for n, q in common.items()}
+    for name, law in laws.items():
+        of_model, unit = getattr(model, name), abs(law.at_T0) if name == "K1" else 1.0
+        quantities[name] = of_model.at_T0
+        sigma[name] = standard_uncertainty(of_model.at_T0) / unit
+        for side in ("above", "below"):
+            quantities[f"{name}_slope_{side}"] = getattr(of_model, side)
+            sigma[f"{name}_slope_{side}"] = getattr(law, side).standard_uncertainty
+    names = (*PARAMETERS, *SLOPES)
+    dof = [(q and q.dof) or math.inf for q in map(quantities.get, names)]
+    return np.array([sigma[name] for name in names]) ** 2, np.array(dof)
+
+
+def standard_uncertainty(quantity: Quantity) -> float:
+    """Standard uncertainty of a quantity, NaN where unknown."""
+    known = quantity.standard_uncertainty
+    return np.nan if known is None else known
 
 
 def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
@@ -40,7 +121,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(cross_name(table.mounting), Law(values["delta"]), values["delta_ip"]),
-        **errors_of_table(calibration, table)._asdict(),
+        errors=tuple(map(rows_of, errors_of_table(calibration, table))),
         T0_degC=level,
         temperatures=None if level is None else (level, level),
         **of_test(calibration, table),
@@ -65,8 +146,7 @@ def with_other(found: Compensation, other: Compensation) -> Compensation:
         other.cross.name,
         other.cross.delta,
         other.cross.delta_ip,
-        covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
-        over_dof=rows_of(np.array(other.over_dof)[np.ix_(own, own)]),
+        tuple(rows_of(np.array(part)[np.ix_(own, own)]) for part in other.errors),
     )
     return replace(found, other=axis)
 

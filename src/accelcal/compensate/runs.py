@@ -1,22 +1,31 @@
-"""One run with its errors, and the mean of those that count together."""
+"""One run with its errors, and what several of one level tell together, as their mean."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.coefficients import PARAMETERS
-from accelcal.compensate.covariance import by_quotients, errors_of_table
-from accelcal.compensate.of_table import estimator_of, values_of
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, Law
+from accelcal.compensate.of_table import (
+    by_quotients,
+    by_table,
+    errors_of_table,
+    estimator_of,
+    meanings_of,
+    values_of,
+)
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
 from accelcal.estimate.uncertainty import counted
 from accelcal.model import LAWS
+from accelcal.plural import listed
 from accelcal.reference import LEAST_RISE
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import rows_of
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.table import TableCalibration, nearest_table
 from accelcal.results.temperature import TemperatureLaw, nearest_level
@@ -28,7 +37,7 @@ _ROUNDING = 1e-9
 
 
 class LevelRun(NamedTuple):
-    """One table, or the mean of several: coefficients, and errors as `LevelErrors` has them."""
+    """One table, or the mean of several: coefficients, and errors as `LevelTable` has them."""
 
     temperature: float  # [degC]
     values: Array  # shape (6,): `PARAMETERS`
@@ -54,7 +63,7 @@ def level_run(
     values = values_of(calibration, table)
     unit = np.ones(_SIZE)
     unit[PARAMETERS.index("K1")] = values["K1"]
-    whole = np.array(errors_of_table(calibration, table))[:, :_SIZE, :_SIZE]
+    whole = errors_of_table(calibration, table)[:, :_SIZE, :_SIZE]
     heat, noise = _of_temperature(calibration, table), _of_readings(calibration, table)
     of_heat = _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
     own, in_whole = np.zeros((3, *whole.shape)), np.zeros_like(whole)
@@ -237,3 +246,55 @@ def mean_run(runs: Sequence[LevelRun]) -> LevelRun:
 
     powers = dict.fromkeys(LevelRun._fields, 1) | {"shift": 2, "noise": 2}
     return LevelRun(**{name: total(name, power) for name, power in powers.items()})
+
+
+def are_alike(tables: Sequence[TableCalibration]) -> bool:
+    """Tell whether tables are of one mounting and one level, and tell the same coefficients."""
+    levels = [table.temperature_degC for table in tables]
+    known = [level for level in levels if level is not None]
+    one_level = not known or (len(known) == len(levels) and len(same_levels(np.array(known))) == 1)
+    one_mounting = len({table.mounting for table in tables}) == 1
+    told = list(map(meanings_of, tables))
+    return one_mounting and one_level and all(own == told[0] for own in told)
+
+
+def said_of_runs(calibration: Calibration) -> str:
+    """Say that several runs count by their mean; empty where they do not."""
+    tables, mountings = calibration.tables, calibration.mountings_of_laws
+    groups = [[table.run for table in tables if table.mounting == own] for own in mountings]
+    several = [listed(runs) for runs in groups if len(runs) > 1]
+    if calibration.temperature_model is not None or not several:
+        return ""
+    told = " and by that of ".join(several)
+    return f"calibration counts by the mean of its runs {told}, which are at one level"
+
+
+def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
+    """What several runs tell, as their mean, at its temperature.
+
+    Notes
+    -----
+    The weight of a run is that of its variances, as in
+    `accelcal.compensate.by_levels.level_compensation`. Noise of the readings, shifts from launch to
+    launch and errors of the temperature are new in each run; all other errors count as common to
+    the runs.
+    """
+    if len(tables) == 1:
+        return by_table(calibration, tables[0])
+    mean = mean_run([level_run(calibration, table, tables) for table in tables])
+    near = by_table(calibration, nearest_table(tables, mean.temperature))
+    relative = np.where(np.equal(PARAMETERS, "K1"), 1.0 / mean.values[1], 1.0)
+    errors = (mean.common + mean.own) * np.outer(relative, relative)
+    k0, K1, k2, k3, delta, delta_ip = mean.values.tolist()
+    level = None if near.T0_degC is None else mean.temperature
+    return replace(
+        near,
+        k0=Law(k0),
+        K1=Law(K1),
+        k2=k2,
+        k3=k3,
+        cross=replace(near.cross, delta=Law(delta), delta_ip=delta_ip),
+        errors=tuple(rows_of(np.pad(own, (0, len(SLOPES)))) for own in errors),
+        T0_degC=level,
+        temperatures=None if level is None else (level, level),
+    )

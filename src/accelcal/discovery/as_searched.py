@@ -10,7 +10,7 @@ from accelcal.effects.conditions import order_of_measuring
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.head_angles import head_positions
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.plural import counted, listed
 from accelcal.record import TumbleRecord
 

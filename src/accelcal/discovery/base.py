@@ -26,7 +26,7 @@ from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.model import SEEN_IN_MOUNTING
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.plural import named
 from accelcal.record import TumbleRecord
 

@@ -14,7 +14,7 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.units import DAY, HOUR
 
 _SHOWN_BY = 2

@@ -1,23 +1,25 @@
-"""The components of (4), each with its value, its bound and its standard uncertainty.
+"""The components of (4), each with value, bound and standard uncertainty, and how they correlate.
 
 Effects that a calibration was freed of are components beside them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.at_temperature import CoefficientsAt
 from accelcal.effects.static import Samples, StaticEffects, static_effects
-from accelcal.error_budget.coefficients import Coefficients
-from accelcal.error_budget.conditions import Conditions
+from accelcal.error_budget.coefficients import Coefficients, Conditions
 from accelcal.error_budget.random_part import RandomBound, RandomPart
 from accelcal.estimate.uncertainty import combined, counted
-from accelcal.model import CROSS_AXES, acceleration_error, bias_bound
+from accelcal.model import CROSS_AXES, ERROR_TERMS, LAWS, acceleration_error, bias_bound
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.error_budget import ErrorComponent
 from accelcal.results.quantity import Quantity
 
@@ -234,3 +236,127 @@ def _random(name: str, symbol: str, part: RandomBound, x: Array, bound: Array) -
         dof=np.full(x.size, counted(part.dof)),
         origin=part.origin,
     )
+
+
+class Correlations(NamedTuple):
+    """What the errors of q coefficients have in common.
+
+    Attributes
+    ----------
+    symbols : tuple of str
+        Symbols of their components.
+    shared : ndarray, shape (2, q, q)
+        Their covariance over both standard uncertainties, and with each source of error over its
+        degrees of freedom. On the diagonal stands what one alone has over degrees of freedom fewer
+        than the 1 that its component tells.
+    """
+
+    symbols: tuple[str, ...]
+    shared: Array
+
+
+def covariance(
+    correlations: Sequence[Correlations], points: Conditions, parts: Sequence[ErrorComponent]
+) -> Array:
+    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16), at n points.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        What correlation adds to the variance [g^2], and to the sum of the variances, each over its
+        degrees of freedom.
+
+    Notes
+    -----
+    The covariance is that of the fit. Laws from all readings do not tell how they are correlated
+    with k2, k3 and delta_ip, which count as uncorrelated with them: mostly on the safe side.
+    """
+    known = correlated_symbols(correlations)
+    signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in known}
+    unknown, total = np.zeros(points.rise.size), np.zeros((2, points.rise.size))
+    above = points.rise > 0.0
+    for (symbols, shared), there in zip(correlations, (above, ~above), strict=True):
+        own = np.array([signed.get(symbol, unknown) for symbol in symbols]).reshape(-1, above.size)
+        total += np.where(there, (shared @ own * own).sum(axis=1), 0.0)
+    return total
+
+
+def correlated_symbols(correlations: Sequence[Correlations]) -> frozenset[str]:
+    """Symbols of the components that are correlated with others."""
+    return frozenset(symbol for found in correlations for symbol in found.symbols)
+
+
+def _signed(part: ErrorComponent, points: Conditions) -> Array:
+    """Standard uncertainty with the sign by which the coefficient acts."""
+    at_T0 = {slope: name for name, (_, slope) in SLOPES.items()}
+    name = at_T0.get(part.symbol, part.symbol)
+    acting = sensitivity(name, points)
+    acting = acting * points.rise if part.symbol in at_T0 else acting
+    return np.asarray(part.standard_uncertainty * np.sign(acting))
+
+
+def correlations_of(coefficients: Coefficients) -> list[Correlations]:
+    """What the coefficients share where the slopes above T0 act, and where those below do."""
+    return [_correlations(coefficients, side) for side in ("above", "below")]
+
+
+def correlations_of_other_axis(coefficients: Coefficients) -> list[Correlations]:
+    """Take those of its misalignment at T0 and the slopes on either side."""
+    model, (name, _) = coefficients.second, coefficients.of_other_axis
+    if model is None or name not in coefficients.slopes:
+        return [_by_pairs(coefficients.alone, [])] * 2
+    symbols = ({"delta at_T0": name, f"delta {s}": SLOPES[name][1]} for s in ("above", "below"))
+    return [_by_pairs(model, [own.get(n) for n in model.covariance_names]) for own in symbols]
+
+
+def _correlations(coefficients: Coefficients, side: str) -> Correlations:
+    model = coefficients.model
+    if model is None:
+        return _alone(coefficients)
+    symbols = {name: name for name in ("k2", "k3")}
+    for name, law in zip(coefficients.slopes, LAWS, strict=False):
+        symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
+    main = list(coefficients.slopes)[2]
+    symbols["delta_ip"] = next(a.coupling for a in CROSS_AXES.values() if a.misalignment == main)
+    names = model.covariance_names
+    signs = _signs(coefficients, names, "K1 at_T0")
+    return _by_pairs(model, [symbols.get(name) for name in names], signs)
+
+
+def _signs(coefficients: Coefficients, names: Sequence[str], scale_factor: str) -> Array:
+    """Signs from K1 beside quotients by it, which laws and means have, to the dK1/K1 of (4)."""
+    turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0
+    return np.array([-1.0 if turned and name == scale_factor else 1.0 for name in names])
+
+
+def _alone(coefficients: Coefficients) -> Correlations:
+    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing.
+
+    A mean of runs has those of (2) with K1.
+    """
+    axis = CROSS_AXES[coefficients.mounting[0]]
+    of_axis = {"delta": axis.misalignment, "delta_ip": axis.coupling}
+    terms = [ERROR_TERMS.get(name, name) for name in coefficients.alone.covariance_names]
+    symbols = [of_axis.get(term, term) for term in terms]
+    kept = [symbol if symbol in coefficients.at_T0 else None for symbol in symbols]
+    of_mean = isinstance(coefficients.alone, CoefficientsAt)
+    return _by_pairs(coefficients.alone, kept, _signs(coefficients, terms, "K1" if of_mean else ""))
+
+
+def _by_pairs(
+    known: CorrelatedBySource | CoefficientsAt,
+    symbols: Sequence[str | None],
+    sign: Array | float = 1.0,
+) -> Correlations:
+    """What the errors of each pair of quantities have in common, with the signs they are to have.
+
+    The symbol None leaves one out, as an exact one is.
+    """
+    errors = np.stack([known.covariance, known.over_dof])
+    sigma = sign * np.sqrt(np.diagonal(errors[0]))
+    kept = [i for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
+    kept = kept if len(kept) > 1 else []
+    shared = errors[:, kept][:, :, kept] / np.outer(sigma[kept], sigma[kept])
+    np.fill_diagonal(shared[0], 0.0)
+    np.fill_diagonal(shared[1], np.maximum(np.diagonal(shared[1]) - 1.0, 0.0))
+    return Correlations(tuple(str(symbols[i]) for i in kept), shared)

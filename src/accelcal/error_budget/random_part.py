@@ -207,15 +207,17 @@ def random_part(
     check_number_or_none(0.0, hysteresis=hysteresis, threshold=threshold)
     check_number_or_none(0.0, scale_factor_instability=scale_factor_instability)
     given = {
-        "launch": _given(launch, factor),
-        "drift": _given(drift_rate, _RECTANGULAR),
-        "fluctuation": _given(fluctuation, factor),
-        "hysteresis": _given(hysteresis, factor),
-        "threshold": _given(threshold, _RECTANGULAR),
-        "scale_factor": _given(scale_factor_instability, factor),
+        "launch": (launch, factor),
+        "drift": (drift_rate, _RECTANGULAR),
+        "fluctuation": (fluctuation, factor),
+        "hysteresis": (hysteresis, factor),
+        "threshold": (threshold, _RECTANGULAR),
+        "scale_factor": (scale_factor_instability, factor),
     }
     measured = {} if stability is None else _from_stability(stability)
-    found = {name: bound for name, bound in given.items() if bound is not None}
+    found = {
+        n: RandomBound(b, divisor, "given") for n, (b, divisor) in given.items() if b is not None
+    }
     said = () if stability is None else tuple(_doubts(stability, calibration))
     bounds = _from_calibration(calibration, factor) | measured | found
     return RandomPart(**bounds, warnings=said)
@@ -232,10 +234,6 @@ def _doubts(stability: Stability, calibration: Calibration) -> Iterator[str]:
     tested, calibrated = stability.serial, calibration.serial
     if tested and calibrated and tested != calibrated:
         yield f"the stability test is of serial {tested}, the calibration of {calibrated}"
-
-
-def _given(bound: float | None, divisor: float) -> RandomBound | None:
-    return None if bound is None else RandomBound(bound, divisor, "given")
 
 
 def _from_calibration(calibration: Calibration, factor: float) -> dict[str, RandomBound]:

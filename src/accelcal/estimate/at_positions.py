@@ -1,4 +1,4 @@
-"""Readings at the angles that an encoder told, brought to the nominal ones of their positions.
+"""Readings at the angles that an encoder told, brought to nominal ones; none given twice.
 
 A head that is turned by hand, or a table under control, stops a little beside the angle that was
 asked for, and an encoder reads where. Readings at 44.9996 and 45.0008 deg are at one position all
@@ -7,15 +7,14 @@ the same: the error of the head there is one and the same, and they are replicat
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.errors import InputError
-from accelcal.estimate.given_twice import refuse_copies
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.estimate.tables import PreparedTable, linear_estimator, prepare
 from accelcal.head_angles import (
     SAME_POSITION,
     counted_on,
@@ -23,9 +22,56 @@ from accelcal.head_angles import (
     nominal_angles,
     start_of_turn,
 )
-from accelcal.numerics.sorting import distinct
-from accelcal.record import TumbleRecord
+from accelcal.numerics.grouping import cells, distinct
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
+
+_FEWEST = 8
+"""Readings below which some that agree in all digits may do so by chance."""
+
+
+def refuse_copies(record: TumbleRecord) -> None:
+    """Refuse a record whose readings stand there several times, as each would count as a replicate.
+
+    All that share position, stroke, run and temperature then agree to the last digit, and those of
+    other strokes do not, or there are none. Those of a coarse step are no copies: of one position
+    they agree from stroke to stroke too, with the next one in the same direction or, with one
+    stroke each way, the one back.
+    """
+    position, every = (record.run, record.mounting, np.round(record.angle, 6)), record.output
+    first = _first_of_each(cells(*position, record.stroke, np.nan_to_num(record.temperature)))
+    copies = int(np.sum(first != np.arange(first.size)))
+    if copies < _FEWEST or np.any(every != every[first]):
+        return
+    for direction in (record.stroke % 2, 0 * record.stroke):  # back may differ by a play
+        before = _first_of_each(cells(*position, direction))
+        anew = np.flatnonzero((first == np.arange(first.size)) & (before != first))
+        if anew.size:
+            break
+    if 2 * np.sum(every[anew] == every[before[anew]]) <= anew.size:
+        told = "repeat one of the same position, stroke and run to the last digit"
+        with naming(record):
+            raise InputError(
+                f"{copies} of {len(record)} readings {told}, and tell nothing of the noise; give"
+                " each reading once"
+            )
+
+
+def _first_of_each(cell: Places) -> Places:
+    """Place of the first reading of the cell of each reading."""
+    return np.unique(cell, return_index=True)[1][cell]
+
+
+def refuse_twice(records: Iterable[TumbleRecord]) -> None:
+    """Refuse the same readings twice, as a file and its copy, where each adds to what is told."""
+    seen: dict[tuple[str | None, bytes], TumbleRecord] = {}
+    for record in records:
+        key = record.serial, record.output.tobytes()
+        if key in seen and seen[key] == record:
+            problem = f"the same readings as {seen[key].source}"
+            raise InputError(f"{record.source}: {problem}; give each table once")
+        seen[key] = record
+
 
 _AS_READ = "angles as read"
 _ROUNDS = 3  # each leaves the square of the angles of what the one before left: 1e-9 g after two
@@ -42,7 +88,7 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
     ------
     InputError
         If the fixture angle that the record declares is none, or readings are copies of others, see
-        `accelcal.estimate.given_twice`.
+        `accelcal.estimate.at_positions`.
 
     Examples
     --------

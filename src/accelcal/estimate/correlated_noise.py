@@ -19,10 +19,9 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
-from accelcal.numerics.grouping import Grouped, grouped
+from accelcal.numerics.grouping import Grouped, distinct, grouped
 from accelcal.numerics.lag_sums import neighbours, polynomial, products_by_lag, sums_by_lag
 from accelcal.numerics.one_thread import multiply
-from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 2.3263478740408408
 """Normal quantile of 99 %: the correlation of one independent record in a hundred counts."""

@@ -31,8 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Ints, Places
-from accelcal.estimate.pure_error import FEW, Scatter, pure_error
-from accelcal.estimate.trend import directed
+from accelcal.estimate.trend import FEW, Scatter, directed, pure_error
 from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.probability import f_exceeds

@@ -14,9 +14,9 @@ from accelcal.estimate.contrasts import LackOfFit, SeenErrors
 from accelcal.estimate.correlated_noise import Correlation
 from accelcal.estimate.head import HeadError
 from accelcal.estimate.launch import RunShift
-from accelcal.estimate.linear import LinearEstimator
 from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.tables import LinearEstimator
 from accelcal.estimate.uncertainty import Component, counted
 from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.model import SCALE_FACTOR

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
-from accelcal.estimate.contrasts import LEAST_SHOWN, LackOfFit
-from accelcal.estimate.grid import Grid
+from accelcal.estimate.contrasts import LEAST_SHOWN, Grid, LackOfFit
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable, positions_of

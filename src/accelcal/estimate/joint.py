@@ -19,10 +19,15 @@ from accelcal.estimate.correlated_noise import Correlation, correlation
 from accelcal.estimate.error_components import Errors, influence_of_head
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
-from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
-from accelcal.estimate.tables import PreparedTable, positions_of
+from accelcal.estimate.tables import (
+    METHODS,
+    LinearEstimator,
+    PreparedTable,
+    linear_estimator,
+    positions_of,
+)
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.uneven_noise import UnevenNoise, uneven_noises
 from accelcal.estimate.unrepeated import told_apart
@@ -176,7 +181,7 @@ def estimate_stack(
     apparatus : Apparatus
         What is declared of the stand.
     method : str, default "least-squares"
-        One of `accelcal.estimate.linear.METHODS`.
+        One of `accelcal.estimate.tables.METHODS`.
     robust : bool, default False
         Make the readings safe against outliers first.
     delta0 : float, default 0

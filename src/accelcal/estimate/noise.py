@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.pure_error import FEW, Scatter, pure_error
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.trend import FEW, Scatter, pure_error
 from accelcal.numerics.probability import f_exceeds
 
 LEAST_NOISE = 1e-9

@@ -7,17 +7,183 @@ Stacks are worked on stroke by stroke with the tables last, shape (m, g, T) for 
 replicates each: every operation then runs along thousands of neighbours in memory, none along a
 few. A mean is kept as a reading, or a rounded mean, and the little that the true mean is beside it.
 The difference of readings that are close is exact, so the mean has twice the digits of a reading.
+
+The residuals are known far beyond the working precision of a product.
+
+References
+----------
+K. Ozaki, T. Ogita, S. Oishi, S. M. Rump, "Error-free transformations of matrix multiplication by
+using fast routines of matrix multiplication", Numerical Algorithms 59 (2012) 95-118.
+
+T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005)
+1955-1988.
 """
 
 from __future__ import annotations
 
+import threading
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from accelcal.arrays import Array, Labels, Places
-from accelcal.estimate.memory import MEMORY
+
+# A solution in multiples of its size / 2^23 and a design in multiples of 2^-24 have a product of
+# up to 49 bits, so that it is exact in the 53 bits of a number, in whatever order it is summed.
+_CUT_SOLUTION = 2.0**30
+_CUT_DESIGN = 2.0**24
+
+_HALF_OF_THE_BITS = 2.0**27 + 1.0
+
+
+class CutDesign(NamedTuple):
+    """A design matrix cut into the upper bits of its elements and the rest.
+
+    Attributes
+    ----------
+    high, low : ndarray, shape (n, p)
+        The matrix is their sum.
+    """
+
+    high: Array
+    low: Array
+
+    @classmethod
+    def of(cls, matrix: Array) -> CutDesign:
+        """Cut a matrix whose elements are of the size of one, shape (n, p)."""
+        high = np.round(matrix * _CUT_DESIGN) / _CUT_DESIGN
+        return cls(high, matrix - high)
+
+    def near(self, solution: Array) -> Array:
+        """Round solutions to the few bits that `subtract_fit` needs, shape (p, T)."""
+        rounded = np.abs(solution, out=MEMORY.array("near", solution.shape))
+        anchor = np.maximum.reduce(rounded, axis=0)
+        anchor *= _CUT_SOLUTION
+        np.add(solution, anchor, out=rounded)
+        rounded -= anchor
+        return rounded
+
+    def subtract_fit(self, y: Array, solution: Array) -> Array:
+        """Turn y, shape (n, T), into y - matrix @ solution for solutions of `near`.
+
+        The first product is exact, and so is its difference to a y that it is close to.
+        """
+        for part in self:
+            y -= np.matmul(part, solution, out=MEMORY.array("fit", y.shape))
+        return y
+
+
+def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array:
+    """Return y - r - matrix @ x, shape (..., n), as if summed in twice the working precision.
+
+    The matrix is of shape (n, p).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tenth = np.array([0.1])
+    >>> twice_precise_residual(np.array([1.0]), np.array([0.0]), tenth[:, None], np.array([10.0]))
+    array([-5.55111512e-17])
+    """
+    total, rest = two_sum(y, -r)
+    for column, factor in zip(matrix.T, np.moveaxis(x, -1, 0), strict=True):
+        product, error = two_product(column, factor[..., None])
+        total, lost = two_sum(total, -product)
+        rest = rest + (lost - error)
+    return np.asarray(total + rest)
+
+
+# -- sums and products together with their rounding errors ---------------------------------------
+
+
+def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """Sum and its rounding error, exactly (Knuth); the shapes broadcast.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in two_sum(np.array([1.0]), np.array([2.0**-60]))]
+    [[1.0], [8.673617379884035e-19]]
+    """
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def two_product(a: Array, b: Array) -> tuple[Array, Array]:
+    """Product and its rounding error, exactly (Dekker's product with Veltkamp's splitting).
+
+    The factors are of less than 1e299 in size, in shapes that broadcast.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in two_product(np.array([0.1]), np.array([10.0]))]
+    [[1.0], [5.551115123125783e-17]]
+    """
+    product = a * b
+    (a_high, a_low), (b_high, b_low) = _split(a), _split(b)
+    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return product, error
+
+
+def _split(a: Array) -> tuple[Array, Array]:
+    """Sum of two numbers of half the bits."""
+    scaled = _HALF_OF_THE_BITS * a
+    high = scaled - (scaled - a)
+    return high, a - high
+
+
+_LARGEST = 500_000
+"""Numbers of the largest array that is kept, 4 MB: no block of tables needs more."""
+
+_LINE = 64
+"""Bytes of a line of the cache."""
+
+
+class Memory(threading.local):
+    """Arrays by name, whose memory stays for the next array of that name; each thread has its own.
+
+    The C library fetches each array above 128 kB afresh from the system, page by page, which takes
+    longer than most of what is done with it.
+
+    Examples
+    --------
+    >>> memory = Memory()
+    >>> small, other = memory.array("fit", (2, 3)), memory.array("rest", (2, 3))
+    >>> np.shares_memory(small, memory.array("fit", (6,))), np.shares_memory(small, other)
+    (True, False)
+    >>> small.ctypes.data % 64
+    0
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[str, NDArray[Any]] = {}
+
+    def array(
+        self, name: str, shape: tuple[int, ...], dtype: DTypeLike = np.float64
+    ) -> NDArray[Any]:
+        """Return an array of that shape with anything in it; the last of that name is lost."""
+        size = prod(shape)
+        if size > _LARGEST:
+            return np.empty(shape, dtype)
+        kept = self._kept.get(name)
+        if kept is None or kept.size < size:
+            kept = self._kept[name] = _aligned(size, dtype)
+        return kept[:size].reshape(shape)
+
+
+def _aligned(size: int, dtype: DTypeLike) -> NDArray[Any]:
+    """Array that begins with a line of the cache; else vectors are read from two lines each."""
+    item = np.dtype(dtype).itemsize
+    room = np.empty(size * item + _LINE, np.uint8)
+    start = -room.ctypes.data % _LINE
+    return room[start : start + size * item].view(dtype)
+
+
+MEMORY = Memory()
+"""That of the solver and of what it calls; each array has a name of its own."""
+
 
 _GULP = 400
 """Tables that are transposed at a time, so that the cache holds them and their transpose."""

@@ -21,16 +21,15 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.estimate.at_positions import at_positions
+from accelcal.estimate.at_positions import at_positions, refuse_twice
 from accelcal.estimate.declared_scatter import moderated
-from accelcal.estimate.given_twice import refuse_twice
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
-from accelcal.estimate.noise_beside_head import Evidence, noise_beside_head, together
 from accelcal.estimate.same_head import declared_uncertainty, names_of_one_head
-from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.estimate.tables import PreparedTable, linear_estimator, prepare
+from accelcal.estimate.unrepeated import Evidence, noise_beside_head, together
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, WITHOUT_LAWS
 from accelcal.numerics.decimal_steps import decimal_steps
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import (
     LEVEL,
     NORMAL_FACTOR,
@@ -39,7 +38,6 @@ from accelcal.numerics.probability import (
     student_quantile,
     written_p_value,
 )
-from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.covariance import rows_of

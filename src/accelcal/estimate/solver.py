@@ -27,9 +27,13 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import DesignError
-from accelcal.estimate.memory import MEMORY
-from accelcal.estimate.replicates import Means, Replicates
-from accelcal.estimate.residuals import CutDesign, twice_precise_residual
+from accelcal.estimate.replicates import (
+    MEMORY,
+    CutDesign,
+    Means,
+    Replicates,
+    twice_precise_residual,
+)
 from accelcal.numerics.one_thread import multiply
 
 _Step = Callable[[Array], tuple[Array, Array]]

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import BY_OTHERS, NO_COVARIANCE, rows_of
 from accelcal.results.documents.fields import finite_or_none
@@ -68,7 +68,7 @@ class Component(NamedTuple):
         """Return the component of some of the estimates."""
         return Component(self.covariance[..., indices, indices], self.dof[..., indices])
 
-    def of_records(self, records: int | slice) -> Component:
+    def of_records(self, records: int | slice | Places) -> Component:
         """Return that of some records of a stack, or of one alone."""
         return Component(self.covariance[records], self.dof[records])
 
@@ -208,7 +208,7 @@ def combined(variances: Sequence[Array], freedom: Sequence[Array]) -> Intervals:
     inverse = sum(over_dof) / np.where(exact, 1.0, variance)
     inverse = np.where(inverse > 1.0 / _ENDLESS, inverse, 0.0 * inverse)
     inverse = np.minimum(inverse, 1.0)
-    factor = _coverage_factors(inverse)
+    factor = np.exp(_polynomial(_powers_of_factor(), 2.0 * inverse - 1.0))  # Student's, of 95 %
     standard = np.sqrt(np.where(exact, 0.0, variance))
     with np.errstate(divide="ignore"):
         dof = 1.0 / inverse
@@ -266,11 +266,6 @@ def welch_satterthwaite(variances: ArrayLike, dof: ArrayLike) -> Array:
     inverse = np.asarray((shares**2 / freedom).sum(axis=0))
     found: Array = np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse > 0.0)
     return found
-
-
-def _coverage_factors(inverse: Array) -> Array:
-    """Student's factors of 95 % for inverse degrees of freedom."""
-    return np.exp(_polynomial(_powers_of_factor(), 2.0 * inverse - 1.0))
 
 
 @cache

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import ReadingNoise, is_noise
-from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.trend import FEW
 from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.model import SCALE_FACTOR
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import f_exceeds
-from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 0.01
 _SIGNIFICANT_TOGETHER = 0.05

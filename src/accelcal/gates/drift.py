@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.estimate.pure_error import FEW
-from accelcal.estimate.trend import Trend
-from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import contracted, rank_and_inverse
+from accelcal.estimate.trend import FEW, Trend
+from accelcal.gates.plan import TablePlan, contracted, once_a_plan, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value

@@ -1,8 +1,9 @@
-"""Gates on what several tables say together, for many records at once."""
+"""All gates of tables of one plan, and those on what several tables say together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,12 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import same_levels
 from accelcal.estimate.reversal import clamping_of, tells_misalignment
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.copies import are_copies, copy_said
+from accelcal.gates.drift import drift
+from accelcal.gates.order import order_of_positions
+from accelcal.gates.replicates import closure, forward_against_back, outlier
+from accelcal.gates.resolution import are_copies, copy_said, resolution
+from accelcal.gates.sizes import proportions, units
+from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack, times
 from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
@@ -256,3 +262,33 @@ def _turn_said(stack: RecordStack, record: int, pair: tuple[int, int]) -> str:
         " temperature: the unit was mounted anew or turned in its fixture, or the foundation tilts;"
         " delta is that of its run alone, and a law through both is of neither"
     )
+
+
+def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
+    """Check T tables of one plan.
+
+    The tables of the record of each share the false alarms of each gate.
+    """
+    level = SIGNIFICANT / tables
+    gates: tuple[Callable[[TableStack], GateStack], ...] = (
+        partial(closure, level=level),
+        partial(drift, level=level),
+        partial(forward_against_back, level=level),
+        order_of_positions,
+        partial(outlier, level=level),
+        proportions,
+        resolution,
+        units,
+    )
+    return tuple(_checked(gate, stack) for gate in gates)
+
+
+def _checked(gate: Callable[[TableStack], GateStack], stack: TableStack) -> GateStack:
+    """Check the tables by one gate; those with gaps of which it may warn are looked at alone."""
+    found, alone = gate(stack), stack.alone
+    if alone is None:
+        return found
+    at = cache(lambda index: gate(alone(index)))
+    for index in found.warned():
+        found.verdict[index] = at(index).verdict[0]
+    return found._replace(finding=lambda index: at(index).finding(0))

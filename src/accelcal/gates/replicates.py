@@ -9,15 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.pure_error import FEW
-from accelcal.estimate.trend import directed
-from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import Cells, beside, contracted, rank_and_inverse
+from accelcal.estimate.trend import FEW, directed
+from accelcal.gates.plan import Cells, TablePlan, beside, contracted, once_a_plan, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import f_exceeds
-from accelcal.numerics.sorting import distinct
 
 _LEAST_FREE = 1e-6
 """Share of a reading that mean and trend leave free; below it, the residual says nothing of it."""

@@ -11,8 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import rank_and_inverse
+from accelcal.gates.plan import TablePlan, once_a_plan, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import side_of
@@ -26,8 +25,7 @@ from accelcal.model import (
     SCALE_FACTOR,
     coefficient_unit,
 )
-from accelcal.numerics.grouping import Grouped, grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import Grouped, distinct, grouped
 
 LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
 """Largest part of K1 that a coefficient of any accelerometer has [1 / g^(n - 1)]."""
@@ -128,16 +126,18 @@ def _not_positive(scale_factor: float, across: float, unit: str | None) -> str:
     """Say why a scale factor is not positive, beside what goes with a_p [output unit / g]."""
     if not abs(across) > LARGEST_RATIOS["M"] * abs(scale_factor):
         return wrong_sign(scale_factor, unit)
-    size = f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)}"
-    return f"{size} is not positive, {_shifted(scale_factor, across)}"
+    return f"{_turned_size(scale_factor, unit)}, {_shifted(scale_factor, across)}"
 
 
 def wrong_sign(scale_factor: float, unit: str | None) -> str:
     """Say what a scale factor that is not positive means."""
-    return (
-        f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)} is not positive: the sign of the"
-        " output is turned, or the positions are shifted by half a turn"
-    )
+    why = "the sign of the output is turned, or the positions are shifted by half a turn"
+    return f"{_turned_size(scale_factor, unit)}: {why}"
+
+
+def _turned_size(scale_factor: float, unit: str | None) -> str:
+    """Say it with the size in brackets, so that a report tells it once of all runs."""
+    return f"K1 is not positive ({scale_factor:.6g} {coefficient_unit('K1', unit)})"
 
 
 class OtherPositions(NamedTuple):

@@ -12,8 +12,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.plan import TablePlan, plan_of, spread_of
-from accelcal.gates.replicate_plan import ReplicateFit
+from accelcal.gates.plan import ReplicateFit, TablePlan, plan_of, spread_of
 from accelcal.gates.verdict import reading_name
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps

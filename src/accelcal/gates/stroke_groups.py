@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import rank_and_inverse
+from accelcal.gates.plan import TablePlan, once_a_plan, rank_and_inverse
 from accelcal.numerics.grouping import Grouped
 
 _INDEPENDENT = 1e-9  # singular value, over the largest, of a column that the others do not make

@@ -26,8 +26,7 @@ from accelcal.io.values.places import (
 )
 from accelcal.io.values.times import days, in_seconds, notes_of_midnight, times
 from accelcal.io.words.vocabulary import mounting_written
-from accelcal.numerics.grouping import Grouped
-from accelcal.numerics.sorting import distinct, median
+from accelcal.numerics.grouping import Grouped, distinct, median
 from accelcal.pace import too_quick
 from accelcal.units import degrees_in
 

@@ -12,8 +12,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
-from accelcal.numerics.grouping import grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct, grouped
 from accelcal.plural import counted, lines_named, listed
 
 LEVEL_GAP = 2.0

@@ -48,7 +48,8 @@ def decimal_steps(values: Array) -> Array:
     # The largest value must have a hundred steps: values much smaller than a step would all pass
     # for zero times the step.
     largest = np.abs(values).max(axis=1)
-    digits = _DIGITS[:, None] - _exponent(largest)
+    first = np.floor(np.log10(np.where(largest > 0.0, largest, 1.0))).astype(np.int64)
+    digits = _DIGITS[:, None] - first
     in_one = _POWERS[digits - _LEAST]
     possible = _whole(in_one[:, None] * values.T[:_GLANCE]).all(axis=1) & (largest > 0.0)
     step = np.zeros(len(values))
@@ -87,11 +88,6 @@ def _common_factor(values: Array, digit: Array) -> Ints:
     """Greatest common divisor of the differences of the values, counted in digits, (T,)."""
     counts = np.round(values / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
     return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))
-
-
-def _exponent(largest: Array) -> Ints:
-    """Power of ten of the first digit."""
-    return np.floor(np.log10(np.where(largest > 0.0, largest, 1.0))).astype(np.int64)
 
 
 def _whole(values: Array) -> Mask:

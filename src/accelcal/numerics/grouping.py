@@ -1,4 +1,8 @@
-"""Equal values brought together in groups, and sums over each group."""
+"""Equal values brought together in groups, sums over each group, different values, medians.
+
+numpy.unique and numpy.median import numpy.ma, which takes as long as the fit of a table; what is
+here sorts.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,35 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
 from accelcal.numerics.one_thread import multiply
-from accelcal.numerics.sorting import distinct
+
+
+def distinct(values: NDArray[Any]) -> NDArray[Any]:
+    """Sort the values, none of them NaN, and keep one of each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distinct(np.array([3, 1, 3])).tolist()
+    [1, 3]
+    """
+    ordered = np.sort(values)
+    first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: ordered.size]
+    return np.asarray(ordered[first])
+
+
+def median(values: NDArray[Any]) -> float:
+    """Median of one value or more, none of them NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> median(np.array([4.0, 1.0, 3.0])), median(np.array([1.0, 2.0]))
+    (3.0, 1.5)
+    """
+    ordered = np.sort(values)
+    half = values.size // 2
+    return float(ordered[half] if values.size % 2 else 0.5 * (ordered[half - 1] + ordered[half]))
+
 
 _CACHED = 2**17
 """Numbers of the groups that are worked on at a time, 1 MB, so that the cache holds them."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 
 
 def sums_by_lag(first: Array, second: Array) -> Array:

@@ -25,15 +25,17 @@ from accelcal.planning.compare import (
     compared,
     design_of,
 )
-from accelcal.planning.criterion import (
+from accelcal.planning.exchange import (
     Angles,
+    Budget,
     Criterion,
     covariances,
     criterion_of,
+    exchange,
     losses,
+    polish,
     seen_from,
 )
-from accelcal.planning.exchange import Budget, exchange, polish
 from accelcal.planning.pace import Pace, per_run, strokes_within
 from accelcal.planning.prediction import forecasts
 from accelcal.planning.targets import checked_targets

@@ -120,7 +120,8 @@ def forecasts(
 
 def _shares(test: _Test, foreseen: Mapping[Key, Figure]) -> dict[str, dict[Key, float]]:
     """Share of each source of error in each variance; rounding has what the others leave."""
-    base = test.with_noise().variances()
+    exact = test.plan.resolution == 0.0
+    base = {k: f.variance for k, f in foreseen.items()} if exact else test.with_noise().variances()
     shares = {}
     for source, size in asdict(test.noise).items():
         if size > 0.0:

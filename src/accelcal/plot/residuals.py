@@ -10,9 +10,8 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.head_angles import head_positions
-from accelcal.numerics.grouping import grouped
+from accelcal.numerics.grouping import distinct, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal, name_ticks, shortened
 from accelcal.report.calibration_rows import mounting_unless_named

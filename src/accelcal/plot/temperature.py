@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.band import law_and_band
+from accelcal.compensate.propagation import law_and_band
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.style import SMALL, blank, canvases, entitled, palette, styled
 from accelcal.results.calibration import Calibration

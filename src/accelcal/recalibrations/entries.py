@@ -74,7 +74,9 @@ class Entry:
         return None not in sizes and self.bias[1] != 0.0 and self.scale_factor[1] != 0.0
 
 
-def entries_of(calibrations: Frames | pd.DataFrame | Iterable[Calibration]) -> list[Entry]:
+def entries_of(
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration | Entry],
+) -> list[Entry]:
     """List the tables of some calibrations, a batch, or a frame, also of polars or pyarrow.
 
     Raises
@@ -85,14 +87,18 @@ def entries_of(calibrations: Frames | pd.DataFrame | Iterable[Calibration]) -> l
     for frame in (calibrations, getattr(calibrations, "tables", None)):
         if hasattr(frame, "columns"):
             return _of_frame(frame)
-    given = several(calibrations)
-    for each in given:
-        if not isinstance(each, Calibration):
+    found: list[Entry] = []
+    for each in several(calibrations):
+        if isinstance(each, Entry):
+            found.append(each)
+        elif isinstance(each, Calibration):
+            found += _of_calibration(each)
+        else:
             raise InputError(
                 f"{kind_of(each)} in place of calibrations; give those of accelcal.fit,"
                 " accelcal.batch(paths), or pandas.read_csv of what accelcal batch -o wrote"
             )
-    return [entry for each in given for entry in _of_calibration(each)]
+    return found
 
 
 def day(date: str | None) -> str:

@@ -24,11 +24,11 @@ from accelcal.version import SOFTWARE
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["fleet_history", "fleet_history_of"]
+__all__ = ["fleet_history"]
 
 
 def fleet_history(
-    calibrations: Frames | pd.DataFrame | Iterable[Calibration],
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration | Entry],
     *,
     mounting: str | None = None,
     temperature: float | None = None,
@@ -76,24 +76,7 @@ def fleet_history(
     >>> accelcal.fleet_history(map(accelcal.fit, records)).to_frame()["calibrations"].tolist()
     [5, 5]
     """
-    return fleet_history_of(
-        entries_of(calibrations),
-        mounting=mounting,
-        temperature=temperature,
-        alpha=alpha,
-        due_before=due_before,
-    )
-
-
-def fleet_history_of(
-    entries: Sequence[Entry],
-    *,
-    mounting: str | None,
-    temperature: float | None,
-    alpha: float,
-    due_before: str | None,
-) -> FleetHistory:
-    """Follow all units of some tables, with options and errors as of `fleet_history`."""
+    entries = entries_of(calibrations)
     check_options(None, mounting, temperature, alpha)
     due = _due(due_before)
     named = _by_serial(entries)

@@ -15,7 +15,6 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
 from accelcal.plural import listed
-from accelcal.recalibrations.bends import bend_of, jumps_like_bends
 from accelcal.recalibrations.comparable import (
     BIAS_PER_DEGREE,
     SCALE_FACTOR_PER_DEGREE,
@@ -27,11 +26,18 @@ from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
     Search,
+    bend_of,
+    jumps_like_bends,
     line_with_steps,
     search_jumps,
 )
-from accelcal.recalibrations.regression import Fit, farthest, fit_line
-from accelcal.recalibrations.wandering import chance_of_neighbours, line_of_a_walk
+from accelcal.recalibrations.regression import (
+    Fit,
+    chance_of_neighbours,
+    farthest,
+    fit_line,
+    line_of_a_walk,
+)
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
@@ -41,7 +47,7 @@ from accelcal.version import SOFTWARE
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["history", "history_of"]
+__all__ = ["history"]
 
 QUANTITIES = 2
 """Bias and scale factor: a chance of either is twice that of one."""
@@ -57,7 +63,7 @@ _ALIKE = 0.02
 
 
 def history(
-    calibrations: Frames | pd.DataFrame | Iterable[Calibration],
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration | Entry],
     serial: str | None = None,
     *,
     mounting: str | None = None,
@@ -100,22 +106,8 @@ def history(
     >>> found
     <History serial AL-15: 6 calibrations, 0 jumps>
     """
-    return history_of(
-        entries_of(calibrations), serial, mounting=mounting, temperature=temperature, alpha=alpha
-    )
-
-
-def history_of(
-    entries: Sequence[Entry],
-    serial: str | None,
-    *,
-    mounting: str | None,
-    temperature: float | None,
-    alpha: float,
-) -> History:
-    """Follow a unit through tables of any units, with options and errors as of `history`."""
     check_options(serial, mounting, temperature, alpha)
-    return judged_history(entries, serial, mounting, temperature, alpha).history
+    return judged_history(entries_of(calibrations), serial, mounting, temperature, alpha).history
 
 
 def check_options(
@@ -150,23 +142,22 @@ def judged_history(
     followed = (_bias(chosen), _scale_factor(chosen))
     trends, told = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
     remarks, warned = (*told[0], *told[1], *_redated(chosen)), _warned(chosen)
+    count, few = len(chosen.entries), "calibrations are too few to look for jumps and bends"
     history = History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
         temperature_degC=chosen.temperature,
         trends=trends,
         alpha=alpha,
-        notes=(*chosen.notes, *remarks, *_few(chosen), *warned),
+        notes=(
+            *chosen.notes,
+            *remarks,
+            *[f"{count} {few}, which needs {FEWEST}"] * (count < FEWEST),
+            *warned,
+        ),
         software=SOFTWARE,
     )
     return Judged(history, (*remarks, *warned) if _is_faulty(chosen) else remarks)
-
-
-def _few(chosen: Comparable) -> tuple[str, ...]:
-    count = len(chosen.entries)
-    if count >= FEWEST:
-        return ()
-    return (f"{count} calibrations are too few to look for jumps and bends, which needs {FEWEST}",)
 
 
 def _redated(chosen: Comparable) -> Iterator[str]:
@@ -184,9 +175,7 @@ def _redated(chosen: Comparable) -> Iterator[str]:
 
 
 def _warned(chosen: Comparable) -> tuple[str, ...]:
-    found = [
-        f"{day(entry.date)} ({', '.join(entry.warned)})" for entry in chosen.entries if entry.warned
-    ]
+    found = [f"{day(e.date)} ({', '.join(e.warned)})" for e in chosen.entries if e.warned]
     return (f"checks of a calibration warn: {listed(found)}",) if found else ()
 
 

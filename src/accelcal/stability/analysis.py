@@ -24,13 +24,17 @@ from accelcal.results.stability import (
     LaunchTrend,
     Stability,
 )
-from accelcal.stability.allan import overlapping_allan
-from accelcal.stability.bound import coverage_factor, random_bias
+from accelcal.stability.allan import even_series, overlapping_allan, was_off
+from accelcal.stability.components import (
+    coverage_factor,
+    deviation,
+    hysteresis,
+    lag1_correlation,
+    random_bias,
+    threshold,
+)
 from accelcal.stability.noise_terms import noise_terms
 from accelcal.stability.record import Launch, StabilityRecord
-from accelcal.stability.sampling import even_series, was_off
-from accelcal.stability.spread import deviation, lag1_correlation
-from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
 from accelcal.version import SOFTWARE
 

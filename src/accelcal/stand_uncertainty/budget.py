@@ -12,7 +12,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
-from accelcal.estimate.linear import Method
+from accelcal.estimate.tables import Method
 from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile

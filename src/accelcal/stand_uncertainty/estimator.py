@@ -16,8 +16,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.estimate.launch import SAME_LEVEL
-from accelcal.estimate.linear import METHODS, linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import METHODS, linear_estimator, prepare
 from accelcal.model import (
     COEFFICIENTS,
     CROSS_AXES,
@@ -191,7 +190,7 @@ def _weighted(
 def estimator_of(
     readings: StandReadings, method: str = METHODS[0], gravity: float | None = None
 ) -> Estimator:
-    """Make the estimator of a test, by one of `accelcal.estimate.linear.METHODS`.
+    """Make the estimator of a test, by one of `accelcal.estimate.tables.METHODS`.
 
     Raises
     ------

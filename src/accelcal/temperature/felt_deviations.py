@@ -18,7 +18,12 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import counted, named
 from accelcal.temperature.from_tables import laws_of_records
-from accelcal.temperature.levels import level_stack
+from accelcal.temperature.levels import (
+    AtRest,
+    RecordedTemperatures,
+    level_stack,
+    stacked_temperature_uncertainty,
+)
 from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
 from accelcal.temperature.product.errors import (
     ProductFit,
@@ -30,11 +35,6 @@ from accelcal.temperature.product.errors import (
     unfelt_share,
 )
 from accelcal.temperature.product.fit import scale_factor_is_told, solved
-from accelcal.temperature.recorded import (
-    AtRest,
-    RecordedTemperatures,
-    stacked_temperature_uncertainty,
-)
 
 _FOLLOWS = 0.5
 """Readings follow their temperatures where surely more than this share of the changes is felt."""

@@ -13,6 +13,7 @@ from accelcal.estimate.uncertainty import Component, counted
 from accelcal.plural import named
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import named_model
+from accelcal.temperature.levels import RecordedTemperatures
 from accelcal.temperature.one_meaning import tables_of_one_mounting
 from accelcal.temperature.product.errors import (
     ProductFit,
@@ -22,7 +23,6 @@ from accelcal.temperature.product.errors import (
     product_fit,
 )
 from accelcal.temperature.product.fit import estimator, scale_factor_is_told, solved
-from accelcal.temperature.recorded import RecordedTemperatures
 
 _UNFELT = 0.5
 """Most of a recorded scatter is the sensor's where surely less than this share of it is felt."""

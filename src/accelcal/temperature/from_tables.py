@@ -23,22 +23,26 @@ from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
     LawStack,
+    chance_of_misfit,
+    contrasts_of,
+    law_maps,
     local_slopes,
+    misfit,
     relative_slopes,
     share_of_law,
     taken_from_the_other_side,
     tell_a_law,
-)
-from accelcal.temperature.generalised_least_squares import (
-    chance_of_misfit,
-    contrasts_of,
-    law_maps,
-    misfit,
     with_columns,
 )
-from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import Levels, LevelStack, alike, joint_components, levels_of
-from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
+from accelcal.temperature.weaknesses import (
+    NO_LEVEL_NEAR_T0,
+    Branches,
+    Hysteresis,
+    branches_of,
+    law_sentences,
+    mean_hysteresis,
+)
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _OF_EFFECTS = (EFFECTS, *BY_OTHERS)  # components of error that come from the effects of a model

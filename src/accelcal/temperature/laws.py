@@ -23,9 +23,12 @@ from accelcal.reference import LEAST_RISE
 from accelcal.results.covariance import NO_COVARIANCE, Rows, rows_of
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.from_tables import LawsOfRecords, laws_of_records
-from accelcal.temperature.levels import level_stack
+from accelcal.temperature.levels import (
+    RecordedTemperatures,
+    level_stack,
+    stacked_temperature_uncertainty,
+)
 from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
-from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperature_uncertainty
 
 
 class Slopes(NamedTuple):

@@ -12,7 +12,7 @@ import operator
 from collections.abc import Iterator, Mapping, Sequence
 
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.linearised import Linearised, adjusted
+from accelcal.estimate.reversal import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, LAW_COEFFICIENTS
 from accelcal.plural import listed, named
@@ -82,19 +82,12 @@ def _absorbed(
     """Sums of the error terms that coefficients absorb, each with its share."""
     found: dict[str, Linearised] = {}
     for lost, own in tellers.items():
-        term = _mean_of([_term(estimate, i, lost) for i in own])
+        told = ((Linearised.of(estimate, i, name) for name in (lost, "K1")) for i in own)
+        term = functools.reduce(operator.add, (a / k1 for a, k1 in told)).times(1.0 / len(own))
         for name, share in table.estimability.shares[lost].items():
             part = term.times(share)
             found[name] = found[name] + part if name in found else part
     return found
-
-
-def _term(estimate: JointEstimate, table: int, name: str) -> Linearised:
-    return Linearised.of(estimate, table, name) / Linearised.of(estimate, table, "K1")
-
-
-def _mean_of(terms: Sequence[Linearised]) -> Linearised:
-    return functools.reduce(operator.add, terms).times(1.0 / len(terms))
 
 
 def said_of_meanings(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[str]:

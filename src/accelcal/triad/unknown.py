@@ -180,11 +180,7 @@ def _solution(
         sensitivity=sensitivity,
         free=free,
         covariance=scatter.covariance(),
-        residual=_lengths(output, bias, sensitivity) - 1.0,
+        residual=np.linalg.norm(np.linalg.solve(sensitivity, (output - bias).T), axis=0) - 1.0,
         design=design,
         scatter=scatter,
     )
-
-
-def _lengths(output: Array, bias: Array, sensitivity: Array) -> Array:
-    return np.asarray(np.linalg.norm(np.linalg.solve(sensitivity, (output - bias).T), axis=0))

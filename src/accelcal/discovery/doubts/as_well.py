@@ -30,7 +30,7 @@ from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.untold import fitted_sizes, scales
 from accelcal.effects.effect import Effect
 from accelcal.model import symbol_of
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.plural import listed
 from accelcal.units import MICRO
 

@@ -29,8 +29,8 @@ from accelcal.discovery.noise.pure_error import PureError, moving, pure_error, t
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.grouping import median
 from accelcal.numerics.probability import written_p_value
-from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault

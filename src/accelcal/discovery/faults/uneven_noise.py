@@ -12,9 +12,8 @@ from accelcal.discovery.columns import dummies
 from accelcal.discovery.noise.pure_error import TELLING, PureError, tilting
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
-from accelcal.numerics.grouping import grouped
+from accelcal.numerics.grouping import distinct, grouped, median
 from accelcal.numerics.probability import student_survival
-from accelcal.numerics.sorting import distinct, median
 
 _FEWEST_CELLS = 8
 _STEPS = 30

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array
 from accelcal.numerics.decimal_steps import decimal_step
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 
 _VISIBLE = 1.5
 """A step shows where it is so many times the noise that is left without it."""

@@ -17,8 +17,8 @@ from accelcal.gates.sizes import LARGEST_RATIOS, other_positions, wrong_sign
 from accelcal.gates.verdict import times
 from accelcal.geometry import side_of
 from accelcal.head_angles import head_positions
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import f_survival
-from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
 from accelcal.results.quantity import Quantity

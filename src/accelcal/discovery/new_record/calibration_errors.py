@@ -31,12 +31,12 @@ from accelcal.discovery.new_record.simulated import (
     simulated_readings,
 )
 from accelcal.errors import InputError
-from accelcal.estimate.linear import METHODS, LinearEstimator
+from accelcal.estimate.tables import METHODS, LinearEstimator
 from accelcal.estimate.uncertainty import counted
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.covariance import covariance_root
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.numerics.sorting import distinct
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.tables_in_use import nearest_of_mountings, tables_in_use

@@ -25,8 +25,8 @@ from accelcal.discovery.noise.covariance import Covariance, Whitener, whitener_o
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import told_apart
 from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_UNITS
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.disagreement import QUANTITIES, RunChange
 from accelcal.results.quantity import Quantity

@@ -11,8 +11,8 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Mask
-from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.runs import said_of_runs
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.same_clamping import is_same_file
 from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio

@@ -14,7 +14,7 @@ from accelcal.discovery.new_record.simulated import Simulated
 from accelcal.discovery.noise.declared import relative_noise
 from accelcal.discovery.noise.of_readings import ReadingNoise, reading_noise
 from accelcal.errors import InputError
-from accelcal.estimate.pure_error import FEW
+from accelcal.estimate.trend import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import f_survival

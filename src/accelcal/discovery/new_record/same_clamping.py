@@ -19,7 +19,7 @@ from accelcal.discovery.new_record.simulated import ERRORS, Simulated, is_freed
 from accelcal.estimate.same_head import is_same_head
 from accelcal.head_angles import head_positions
 from accelcal.model import CROSS_AXES
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 

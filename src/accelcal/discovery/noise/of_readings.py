@@ -22,9 +22,8 @@ from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE
-from accelcal.numerics.grouping import cells
+from accelcal.numerics.grouping import cells, distinct
 from accelcal.numerics.lag_sums import neighbours, polynomial
-from accelcal.numerics.sorting import distinct
 from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import ErrorSource

@@ -22,8 +22,8 @@ from accelcal.discovery.noise.declared import in_units_of
 from accelcal.discovery.noise.pure_error import PureError, pure_error
 from accelcal.effects.conditions import Conditions
 from accelcal.estimate.uneven_noise import differ
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import f_survival
-from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 1e-3
 _MUCH = 1.5

@@ -17,8 +17,8 @@ from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.spans import lengths, orthonormal, scaled, without
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.numerics.grouping import median
 from accelcal.numerics.probability import f_quantile
-from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Detectable, Undetectable

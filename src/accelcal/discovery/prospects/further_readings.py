@@ -13,7 +13,7 @@ from accelcal.arguments.temperatures import HIGHEST, LOWEST
 from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.head_angles import head_positions, turn_angles
-from accelcal.numerics.sorting import distinct, median
+from accelcal.numerics.grouping import distinct, median
 from accelcal.record import TumbleRecord
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 

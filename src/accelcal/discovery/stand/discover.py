@@ -42,7 +42,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.estimate.given_twice import refuse_twice
+from accelcal.estimate.at_positions import refuse_twice
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.plural import listed
 from accelcal.record import TumbleRecord

@@ -24,8 +24,8 @@ from accelcal.discovery.stand.one_value import FEWEST, one_value
 from accelcal.effects.effect import Effect
 from accelcal.effects.found import disturbances
 from accelcal.head_angles import head_positions
+from accelcal.numerics.grouping import distinct
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
-from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandEffect

@@ -43,8 +43,14 @@ from accelcal.discovery.two_calibrations.suited import (
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
-from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
+from accelcal.numerics.probability import (
+    LEVEL,
+    NORMAL_FACTOR,
+    f_survival,
+    path_length,
+    simultaneous_quantile,
+    student_quantile,
+)
 from accelcal.results.agreement import ALPHA, chance_if_known, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (
@@ -251,7 +257,7 @@ def _quantities(
     values: ArrayLike, by_errors: ArrayLike, errors: Errors, units: Sequence[str]
 ) -> list[Quantity]:
     """Values that depend on errors, with their intervals."""
-    told = interval_of_parts([propagated(*errors, list(np.array(by_errors).T))])
+    told = interval_of_parts([propagated(errors, list(np.array(by_errors).T))])
     return quantities(units, np.asarray(values), told.standard, told.expanded, told.dof)
 
 

@@ -36,7 +36,7 @@ from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.agreement import HIDING, HIDING_HEAT
 from accelcal.results.calibration import Calibration

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from accelcal.compensate.assumptions import unknown_shifts
-from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
+from accelcal.compensate.ranges import unknown_shifts
+from accelcal.compensate.runs import said_of_runs
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of
 from accelcal.discovery.new_record.repeatability import hiding
@@ -20,8 +20,8 @@ from accelcal.discovery.two_calibrations.coefficients import (
 )
 from accelcal.discovery.two_calibrations.errors import Side
 from accelcal.effects.left_in_use import of_the_test
-from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import is_same_head
+from accelcal.estimate.trend import FEW
 from accelcal.model import COEFFICIENT_OF, SLOPES
 from accelcal.plural import are, listed
 from accelcal.recalibrations.comparable import ALIKE

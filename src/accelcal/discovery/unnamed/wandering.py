@@ -19,7 +19,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.units import MICRO
 
 LIKELY, POSSIBLE = 0.1, 0.001

@@ -23,7 +23,7 @@ from accelcal.discovery.spans import scaled
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import squares_left
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO

@@ -22,8 +22,7 @@ from accelcal.io.runs import LEVEL_GAP, are_counted
 from accelcal.io.values.markers import FARTHEST_ALIKE, FEWEST_OTHERS, LONE
 from accelcal.io.values.places import MAXIMUM_ANGLE
 from accelcal.io.words.vocabulary import mounting_written
-from accelcal.numerics.grouping import grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct, grouped
 
 
 class Stretches(NamedTuple):

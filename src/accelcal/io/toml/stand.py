@@ -9,10 +9,9 @@ from typing import Any
 from accelcal.errors import InputError
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.toml.keys import check_keys, is_of_kind, read_toml
-from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.kinds import KINDS, size_of_unit
 from accelcal.stand_uncertainty.readings import StandConditions
-from accelcal.stand_uncertainty.stand import Stand, StandComponent
+from accelcal.stand_uncertainty.stand import Distribution, Stand, StandComponent, distribution
 
 __all__ = ["SCHEMA", "read_stand"]
 

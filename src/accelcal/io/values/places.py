@@ -13,7 +13,7 @@ from accelcal.errors import TableError
 from accelcal.head_angles import angular_distance
 from accelcal.io.values.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.words.vocabulary import BACK, FORWARD, with_hyphen
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.units import degrees_in
 
 _SIGN, _NUMBER = r"([+\-\u2212\u2013]?)", r"([0-9]+(?:[.,][0-9]+)?)"

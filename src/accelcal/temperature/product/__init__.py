@@ -1,5 +1,5 @@
 """The product model of all readings, in which the temperature acts within (1), and its fit.
 
-`model` says what it is, `errors` what is known of the readings' errors, of which `apart_from_head`
-takes those of the head for noise, and `fit` finds the parameters.
+`model` says what it is, `errors` what is known of the readings' errors, of which those of the head
+count as noise, and `fit` finds the parameters.
 """

@@ -22,17 +22,16 @@ import numpy as np
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
-from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.trend import FEW
 from accelcal.estimate.uneven_noise import differ
 from accelcal.model import COEFFICIENTS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAWS
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import bilinear_design
 from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
-from accelcal.temperature.hysteresis import Branches, branches_of
-from accelcal.temperature.product.apart_from_head import Block, HeadErrors
-from accelcal.temperature.product.model import MountingReadings, Point
-from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperature_uncertainty
+from accelcal.temperature.levels import RecordedTemperatures, stacked_temperature_uncertainty
+from accelcal.temperature.product.model import Block, HeadErrors, MountingReadings, Point
+from accelcal.temperature.weaknesses import Branches, branches_of
 
 _LEAST = 1e-10
 """Least noise over the largest output: beside less, what is known before would round off."""

@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import DesignError
-from accelcal.temperature.product.apart_from_head import Block, HeadErrors
 from accelcal.temperature.product.errors import (
     PRIOR,
     ProductFit,
@@ -34,7 +33,7 @@ from accelcal.temperature.product.errors import (
     errors_at,
     sizes_at,
 )
-from accelcal.temperature.product.model import Point, times
+from accelcal.temperature.product.model import Block, HeadErrors, Point, times
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
