@@ -53,9 +53,10 @@ def test_one_stroke_of_pure_noise_is_what_theory_says():
 def test_strokes_average_noise_but_not_the_head():
     noise, head = PURE_NOISE, NoiseComponents(1e-9, 2e-5, 0.0, 0.0, 0.0)
     few, many = (TumblePlan(strokes=n, temperatures=(20.0,)) for n in (2, 8))
-    for name in COEFFICIENTS:
-        assert sizes(few, noise)[name] / sizes(many, noise)[name] == pytest.approx(2.0, rel=1e-3)
-        assert sizes(few, head)[name] / sizes(many, head)[name] == pytest.approx(1.0, abs=1e-3)
+    for kind, ratio in ((noise, 2.0), (head, 1.0)):
+        one, other = (sizes(plan, kind) for plan in (few, many))
+        found = [one[name] / other[name] for name in COEFFICIENTS]
+        assert found == pytest.approx([ratio] * len(COEFFICIENTS), rel=1e-3)
 
 
 def test_more_positions_average_the_head():
