@@ -227,7 +227,7 @@ def test_scale_factors_rest_on_faces_that_errors_of_attitudes_leave(
     """Residuals hold these errors: U of K of faces was 4 to 180 times too wide."""
     rng, found = np.random.default_rng(21), []
     truth, names = truth_of(NEAR), tuple(map(str, range(len(up)))) * visits
-    for _ in range(250):
+    for _ in range(150):
         output = outputs(np.tile(turned(rng, up, shafts, size), (visits, 1)), NEAR, rng, noise)
         record = TriadRecord(output, np.tile(up, (visits, 1)), attitude=names)
         calibration = accelcal.calibrate_triad(record)
