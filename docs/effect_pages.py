@@ -22,8 +22,7 @@ from accelcal.discovery.candidates import candidates, instances_of, searched_amo
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise.of_readings import ReadingNoise
-from accelcal.discovery.prospects.aliases import Aliases, aliases
-from accelcal.discovery.prospects.audit import carriers_in, designed
+from accelcal.discovery.prospects.audit import Aliases, aliases, carriers_in, designed
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect

@@ -16,16 +16,15 @@ from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import family_of, judge, with_rates
 from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
-from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import (
+    aliases,
     carriers_in,
     designed,
     smallest_detectable,
     undetectable,
 )
 from accelcal.discovery.prospects.further_readings import blank, joined, menu
-from accelcal.discovery.prospects.next_measurement import proposals
-from accelcal.discovery.prospects.outlook import outlooks
+from accelcal.discovery.prospects.next_measurement import outlooks, proposals
 from accelcal.discovery.search import search
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError

@@ -15,8 +15,12 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import noise_of_all
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.noise.declared import relative_noise
-from accelcal.discovery.noise.of_readings import ReadingNoise, covariance, reading_noise
+from accelcal.discovery.noise.of_readings import (
+    ReadingNoise,
+    covariance,
+    reading_noise,
+    relative_noise,
+)
 from accelcal.discovery.noise.of_runs import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
 

@@ -11,10 +11,10 @@ from numpy.testing import assert_allclose
 import accelcal
 from accelcal.discovery.candidates import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.gaps import _folds
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import _fourth_powers
 from accelcal.discovery.noise.pure_error import pure_error, smooth
+from accelcal.discovery.solution import _folds
 from accelcal.discovery.spans import orthonormal
 from accelcal.errors import InputError
 

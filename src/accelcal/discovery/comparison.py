@@ -14,13 +14,13 @@ from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.declared import relative_noise
 from accelcal.discovery.noise.of_readings import (
     FEWEST_REPLICATES,
     ReadingNoise,
     covariance,
     reading_noise,
     refuse_too_many,
+    relative_noise,
 )
 from accelcal.discovery.noise.of_runs import with_noise_of_runs
 from accelcal.discovery.space import Space, space_of

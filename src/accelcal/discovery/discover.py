@@ -13,8 +13,17 @@ from accelcal.arguments.options import check_flag
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.dead_zone import (
+    OPEN,
+    SILENCED,
+    in_fit,
+    in_place_of,
+    left_undecided,
+    may_be_wider,
+    of_open_width,
+    without_bound,
+)
 from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure, of_partners
-from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, in_place_of, left_undecided
 from accelcal.discovery.doubts.noise_caveats import noise_caveats
 from accelcal.discovery.doubts.otherwise import (
     Alternative,
@@ -26,27 +35,18 @@ from accelcal.discovery.doubts.otherwise import (
     with_others_counted,
 )
 from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.factors import by_factor, shares
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gaps import gap_of, gaps_along
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise.of_readings import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise.of_runs import LoudRun
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
-from accelcal.discovery.prospects.next_measurement import proposals
-from accelcal.discovery.prospects.outlook import outlooks
+from accelcal.discovery.prospects.next_measurement import outlooks, proposals
 from accelcal.discovery.silence import silent_in
-from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.solution import changes, gap_of, gaps_along, solution
 from accelcal.discovery.unexplained import empirical_explanation, loudest, what_is_left
-from accelcal.discovery.unnamed.wide_dead_zone import (
-    OPEN,
-    SILENCED,
-    may_be_wider,
-    of_open_width,
-    without_bound,
-)
-from accelcal.discovery.where import by_factor, shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.same_head import HEAD, STAND, name_in

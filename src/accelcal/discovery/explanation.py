@@ -12,6 +12,7 @@ from accelcal.discovery.candidates import left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.parameters import settled
 from accelcal.discovery.spans import (
     first_largest,
     length_without,
@@ -20,7 +21,6 @@ from accelcal.discovery.spans import (
     squares_in,
     without,
 )
-from accelcal.discovery.tied import settled
 
 _ROUNDS = 3
 

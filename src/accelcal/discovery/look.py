@@ -8,23 +8,21 @@ from typing import NamedTuple
 
 from accelcal.arrays import Mask
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.dead_zone import likeliest_silence, silence_beside
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
 from accelcal.discovery.family import Family, family_of, with_rates
-from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
-from accelcal.discovery.solution import solution
-from accelcal.discovery.unnamed.drift_anew import drift_anew
+from accelcal.discovery.solution import gap_of, solution
 from accelcal.discovery.unnamed.mistaken import (
     Instead,
     far_better,
     oscillations_in_place,
     shifts_in_place,
 )
-from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
-from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
+from accelcal.discovery.unnamed.slow import LIKELY, Wandering, drift_anew, wandering
 from accelcal.discovery.untimed import going_on, shows_pauses
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord

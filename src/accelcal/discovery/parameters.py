@@ -1,17 +1,32 @@
-"""Parameters of effects that are found, estimated together, with their uncertainties."""
+"""Parameters of effects that are found, estimated together, with their uncertainties.
+
+Some nonlinear ones are told by coefficients of the model, where the readings alone do not. Levels
+at 20, 50 and 80 degC show by how much the upper line of the bias lies off where the lower one
+leads, and not at which temperature between 20 and 50 degC it breaks. As it breaks once, the change
+of its slope there is that between the two lines, and they meet at the break.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.spans import scaled
-from accelcal.discovery.tied import quantities
-from accelcal.discovery.untold import Sizes, Untold, fitted_sizes, not_shown, slopes_of
+from accelcal.discovery.solution import Solution, by_reading, solution
+from accelcal.discovery.spans import lengths, scaled
+from accelcal.discovery.untold import (
+    Sizes,
+    Untold,
+    fitted_sizes,
+    not_shown,
+    said_of_untold,
+    slopes_of,
+)
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.quantity import Quantity
@@ -100,3 +115,181 @@ def standard_uncertainties(derivatives: Array) -> Array:
     units, norms = scaled(derivatives)
     inverse = np.linalg.pinv(units)
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
+
+
+_AS_WELL = 4.0
+"""Sum of squares more that a place may leave, two standard deviations of one number."""
+
+_BEYOND = 3.0
+"""Standard uncertainties by which an amplitude that is tied may be off."""
+
+_FOLLOWING = "both follow from the slopes, as of a law with no other break"
+_OTHER_LAW = "no law with one break has the slopes of these, and so both have no U"
+_ANYWHERE = (
+    "a break anywhere between two levels would have the slopes of these, and so both have no U"
+)
+"""How a tied parameter and its amplitude are told."""
+
+_NEAR = 1e-3
+"""Part of the range next to zero, where the effect of a tied parameter vanishes."""
+
+
+class _Tied(NamedTuple):
+    """An amplitude, and what it is more than the coefficients make it."""
+
+    comparison: Comparison
+    fit: Solution
+    weights: Array  # of the parameters of the fit in the two, (2, p)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the amplitude is no more and no less than the coefficients make it."""
+        return bool(abs(self.values[1]) < _BEYOND * np.linalg.norm(self.varied[1]))
+
+    @property
+    def values(self) -> Array:
+        """The two, shape (2,)."""
+        return np.asarray(self.weights @ self.fit.parameters)
+
+    @property
+    def varied(self) -> Array:
+        """What they vary by with each reading, in units of its noise, shape (2, n)."""
+        return np.asarray(self.weights @ by_reading(self.comparison, self.fit))
+
+    @classmethod
+    def of(cls, comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Tied:
+        """Fit the model, and take the two from its parameters."""
+        item = instances[one.place]
+        fit = solution(comparison, instances)
+        names = list(fit.model.names)
+        weights = np.zeros((2, len(names)))
+        weights[:, names.index(item.effect.id)] = item.mixture[0]
+        for name, weight in item.effect.tie.items():
+            weights[1, names.index(name)] -= weight
+        return cls(comparison, fit, weights)
+
+
+def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
+    """Find the nonlinear parameters that nothing but coefficients of the model tell."""
+    if not any(item.effect.tie for item in instances):
+        return []
+    return [one for one in not_shown(comparison, instances) if one.tied]
+
+
+def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Instance]:
+    """Move parameters that readings do not tell to where the amplitude is what the tie makes it.
+
+    That may be so but for noise. One stays where it is if it is so nowhere among the values with
+    which the effects explain the readings as well.
+    """
+    found = list(instances)
+    for one in tied(comparison, instances):
+        found[one.place] = _settled(comparison, found, one)
+    return found
+
+
+def said_of_not_shown(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+    """Say which parameters follow from coefficients, and which nothing tells."""
+    for one in not_shown(comparison, instances):
+        if one.tied:
+            yield _said_of_tied(comparison, instances, one)
+        else:
+            yield said_of_untold(instances, one)
+
+
+def _said_of_tied(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> str:
+    effect = instances[one.place].effect
+    names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
+    how = _estimate(comparison, instances, one).how
+    return (
+        f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
+        f" {effect.to_tell_apart}"
+    )
+
+
+def quantities(
+    comparison: Comparison, instances: Sequence[Instance], one: Untold
+) -> dict[str, Quantity]:
+    """Estimate a tied parameter and its amplitude from the coefficients.
+
+    They have no uncertainty where the tie does not hold, or holds wherever the parameter is.
+    """
+    told = _estimate(comparison, instances, one)
+    value, shape = instances[one.place].amplitudes[0], one.parameter
+    if told.varied is None:
+        return {
+            value.name: Quantity(told.amplitude, None, value.unit),
+            shape.name: Quantity(one.value, None, shape.unit),
+        }
+    dof = float(comparison.space.dof)
+    factor = student_quantile(LEVEL, dof)
+    both = zip((value, shape), (told.amplitude, one.value), lengths(told.varied.T), strict=True)
+    return {
+        p.name: Quantity(float(x), float(u), p.unit, factor * float(u), dof) for p, x, u in both
+    }
+
+
+class _Estimate(NamedTuple):
+    """An amplitude with its tied parameter, what both vary by, (2, n), and how they are told."""
+
+    amplitude: float
+    varied: Array | None
+    how: str
+
+
+def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Estimate:
+    """Find what the tie tells of a parameter and its amplitude.
+
+    Notes
+    -----
+    Where the excess e of the amplitude is zero, the parameter s varies with the readings by
+    -de / (de/ds), and the amplitude a by da - (da/ds) de / (de/ds). The tie tells no s where it
+    holds as well much farther off than that: beyond the last level but one any break does.
+    """
+
+    def at(value: float) -> _Tied:
+        return _Tied.of(comparison, one.at(instances, value), one)
+
+    tie = at(one.value)
+    amplitude = float(tie.values[0])
+    if not tie.holds:
+        return _Estimate(amplitude, None, _OTHER_LAW)
+    step = _NEAR * one.spread
+    of_amplitude, of_excess = (at(one.value + step).values - at(one.value - step).values) / (
+        2.0 * step
+    )
+    varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
+    reach = 2.0 * _BEYOND * float(np.linalg.norm(varied[1]))
+    far = [value for value in _searched(comparison, one) if abs(value - one.value) > reach]
+    most = tie.fit.chi2 + _AS_WELL
+    if not reach < one.spread or any(each.fit.chi2 < most and each.holds for each in map(at, far)):
+        return _Estimate(amplitude, None, _ANYWHERE)
+    return _Estimate(amplitude, varied, _FOLLOWING)
+
+
+def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> Instance:
+    from scipy.optimize import brentq  # type: ignore[import-untyped]
+
+    def tie(value: float) -> _Tied:
+        return _Tied.of(comparison, one.at(instances, value), one)
+
+    def excess(value: float) -> float:
+        return float(tie(value).values[1])
+
+    item, name = instances[one.place], one.parameter.name
+    most = tie(one.value).fit.chi2 + _AS_WELL
+    tried = [(value, tie(value)) for value in _searched(comparison, one)]
+    for (low, at_low), (high, at_high) in pairwise(tried):
+        as_well = max(at_low.fit.chi2, at_high.fit.chi2) < most
+        if low * high > 0.0 and as_well and at_low.values[1] * at_high.values[1] < 0.0:
+            return item.at(name, float(brentq(excess, low, high)))
+    held = [(abs(at.values[1]), value) for value, at in tried if at.fit.chi2 < most and at.holds]
+    return item.at(name, min(held)[1]) if held else item
+
+
+def _searched(comparison: Comparison, one: Untold) -> list[float]:
+    """Values that are searched, with two close to zero in place of it."""
+    near = _NEAR * one.spread
+    grid = one.parameter.searched_at(comparison.model.conditions).tolist()
+    values = np.unique([*grid, one.value, -near, near])
+    return [value for value in values.tolist() if abs(value) >= near]

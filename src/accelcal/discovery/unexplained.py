@@ -11,17 +11,15 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.factors import Block
+from accelcal.discovery.factors import Block, pattern, structure
 from accelcal.discovery.family import Family, judge
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import relative_noise
 from accelcal.discovery.noise.of_runs import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
 from accelcal.discovery.spans import orthonormal, squares_in
-from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import passing
-from accelcal.discovery.unnamed.slow import slow
-from accelcal.discovery.where import pattern, structure
+from accelcal.discovery.unnamed.slow import drift_anew, slow
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical
 from accelcal.head_angles import head_positions

@@ -43,7 +43,7 @@ class Untold(NamedTuple):
     highest: float  # up to where it may lie
     tied: bool
     """Whether coefficients of the model that are estimated make up the amplitude of its effect,
-    and so tell it, see `accelcal.discovery.tied`."""
+    and so tell it, see `accelcal.discovery.parameters`."""
 
     @property
     def spread(self) -> float:

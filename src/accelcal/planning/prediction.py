@@ -17,8 +17,7 @@ from accelcal.calibrate.fit import fit
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.family import family_of, with_rates
 from accelcal.discovery.noise.of_readings import ReadingNoise
-from accelcal.discovery.prospects.aliases import aliases
-from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
+from accelcal.discovery.prospects.audit import aliases, designed, smallest_detectable, undetectable
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.uncertainty import counted
 from accelcal.geometry import accelerations

@@ -22,10 +22,10 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.columns import coefficient_columns
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.doubts.dead_zone_or_cube import unlike
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.silence import silent_in
+from accelcal.discovery.solution import unlike
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.untold import fitted_sizes, scales
 from accelcal.effects.effect import Effect

@@ -10,8 +10,8 @@ import numpy as np
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone import said_of_rivals, said_of_silence
 from accelcal.discovery.doubts.as_well import not_listed, said_of_ends
-from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
@@ -21,19 +21,17 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.look import Look
-from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.parameters import parameters_of, said_of_not_shown
 from accelcal.discovery.search import cancels
-from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns
 from accelcal.discovery.unnamed.mistaken import Instead
-from accelcal.discovery.unnamed.wandering import (
+from accelcal.discovery.unnamed.slow import (
     LIKELY,
     POSSIBLE,
     Wandering,
     size_in_a_run,
     wandering_in_its_run,
 )
-from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untimed import going_on
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions

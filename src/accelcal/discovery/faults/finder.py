@@ -13,18 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.faults.fault import entry_fault
-from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
-from accelcal.discovery.faults.uneven_noise import (
+from accelcal.discovery.faults.all_readings import (
+    VisibleStep,
     chance_of_vibration,
     vibration,
     vibration_over_noise,
+    visible_step,
 )
-from accelcal.discovery.faults.visible_step import VisibleStep, visible_step
-from accelcal.discovery.faults.wrong_order import turned_tables, wrong_orders
-from accelcal.discovery.faults.wrong_runs import mounted_anew, run_of_another_size
-from accelcal.discovery.noise.declared import in_units_of, relative_noise
-from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
+from accelcal.discovery.faults.fault import entry_fault
+from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
+from accelcal.discovery.faults.wrong_tables import (
+    mounted_anew,
+    run_of_another_size,
+    turned_tables,
+    wrong_orders,
+)
+from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, in_units_of, relative_noise
 from accelcal.discovery.noise.pure_error import PureError, moving, pure_error, tilting
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration

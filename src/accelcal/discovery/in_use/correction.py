@@ -22,13 +22,26 @@ from accelcal.discovery.as_searched import (
     with_temperatures_of_runs,
 )
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.dead_zone import (
+    OPEN,
+    SILENCED,
+    has_open_width,
+    in_fit,
+    left_undecided,
+    may_be_wider,
+    of_open_width,
+)
 from accelcal.discovery.doubts.as_well import said_of_ends
-from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import straightened
-from accelcal.discovery.gaps import gaps_along
+from accelcal.discovery.in_use.another_record import (
+    InPlace,
+    in_own_shape,
+    in_place,
+    said_in_place,
+    said_of_denied,
+    said_of_places,
+)
 from accelcal.discovery.in_use.carrying_over import LeftIn, Meeting, with_a_place
-from accelcal.discovery.in_use.in_place import InPlace, in_place, said_in_place
-from accelcal.discovery.in_use.own_shape import in_own_shape, said_of_denied, said_of_places
 from accelcal.discovery.instance import (
     Instance,
     all_own_columns,
@@ -40,14 +53,8 @@ from accelcal.discovery.instance import (
 )
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
+from accelcal.discovery.solution import gaps_along
 from accelcal.discovery.spans import orthonormal, scaled
-from accelcal.discovery.unnamed.wide_dead_zone import (
-    OPEN,
-    SILENCED,
-    has_open_width,
-    may_be_wider,
-    of_open_width,
-)
 from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.catalogue import catalogue

@@ -11,28 +11,25 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.columns import head_columns, saturated
-from accelcal.discovery.factors import blocks
+from accelcal.discovery.factors import blocks, by_factor, pattern, shares, structure
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.chances import Estimated, chances
 from accelcal.discovery.new_record.changes import Changed, Uncertain, changes, wider
 from accelcal.discovery.new_record.errors_counted import (
     HEAT,
+    by_usual_heat,
     freedom,
+    of_undetermined,
     size_counted,
     too_little_told,
+    undetermined,
     untold,
 )
 from accelcal.discovery.new_record.same_clamping import Fixtures, head_difference, is_turned_over
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.new_record.undetermined import (
-    by_usual_heat,
-    of_undetermined,
-    undetermined,
-)
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
 from accelcal.discovery.space import Space, space_of
-from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile

@@ -11,8 +11,7 @@ import numpy as np
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.noise.declared import relative_noise
-from accelcal.discovery.noise.of_readings import ReadingNoise, reading_noise
+from accelcal.discovery.noise.of_readings import ReadingNoise, reading_noise, relative_noise
 from accelcal.errors import InputError
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration

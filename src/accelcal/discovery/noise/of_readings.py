@@ -17,10 +17,10 @@ from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import cycle_of, dummies, head_columns
 from accelcal.discovery.noise.covariance import Covariance
-from accelcal.discovery.noise.declared import in_units_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE
 from accelcal.numerics.grouping import cells
 from accelcal.numerics.lag_sums import neighbours, polynomial
@@ -265,3 +265,31 @@ def acting(c: Conditions) -> dict[str, Array]:
         "launch_sf_uncertainty": (c.gain * c.indicated)[:, None] * runs,
         "temperature_uncertainty": (c.gain * c.per_degree)[:, None] * runs,
     }
+
+
+_ALIKE = 1e-9
+
+
+def relative_noise(record: TumbleRecord) -> Array | None:
+    """Standard deviation of each reading by its std and n, over the root mean square of all.
+
+    It is None where not all readings have a std, or all are alike. Those of few samples are drawn
+    together where they differ by chance, see `accelcal.estimate.declared_scatter`.
+    """
+    if record.std is None:
+        return None
+    size = np.empty(len(record))
+    for mask in record.table_masks():
+        found = declared_scatter(record.select(mask))
+        if found.dof is None:
+            return None
+        size[mask] = found.size
+    relative = size / np.sqrt(np.mean(size**2))
+    return relative if np.ptp(relative) > _ALIKE else None
+
+
+def in_units_of(relative: Array | None, values: Array) -> Array:
+    """Values of readings, shape (n,) or (n, k), over the noise of each; as they are without it."""
+    if relative is None:
+        return values
+    return np.asarray(values / (relative if values.ndim == 1 else relative[:, None]))

@@ -18,7 +18,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.noise.declared import in_units_of
+from accelcal.discovery.noise.of_readings import in_units_of
 from accelcal.discovery.noise.pure_error import PureError, pure_error
 from accelcal.effects.conditions import Conditions
 from accelcal.estimate.uneven_noise import differ

@@ -13,8 +13,14 @@ from accelcal.arrays import Mask
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.dead_zone import (
+    OPEN,
+    in_place_of,
+    said_of_silence,
+    unbounded,
+    without_bound,
+)
 from accelcal.discovery.discover import answered, check_search
-from accelcal.discovery.doubts.dead_zone_or_cube import in_place_of
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Question
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings
@@ -25,20 +31,15 @@ from accelcal.discovery.stand.mean_unit import (
     mean_unit,
     on_one_stand,
 )
-from accelcal.discovery.stand.one_value import FEWEST, one_value
 from accelcal.discovery.stand.ownership import (
+    FEWEST,
     Looker,
     Own,
     common_effects,
     head_of,
     instances_in,
+    one_value,
     own_effects,
-)
-from accelcal.discovery.unnamed.wide_dead_zone import (
-    OPEN,
-    said_of_silence,
-    unbounded,
-    without_bound,
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError

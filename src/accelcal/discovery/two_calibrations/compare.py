@@ -20,7 +20,9 @@ from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
+    common_range,
     in_units_of,
+    indication,
     of_output,
     size_changes,
     told_coefficients,
@@ -33,11 +35,13 @@ from accelcal.discovery.two_calibrations.errors import (
     side_of,
     stated_errors,
 )
-from accelcal.discovery.two_calibrations.indicated import common_range, indication
-from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
-from accelcal.discovery.two_calibrations.suited import (
+from accelcal.discovery.two_calibrations.notes import (
     common_temperature,
     factor_of_unit,
+    heads_tried,
+    is_one_head,
+    left_out,
+    notes,
     refuse_two_units,
 )
 from accelcal.errors import InputError

@@ -14,8 +14,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import independent
-from accelcal.discovery.noise.declared import relative_noise
-from accelcal.discovery.noise.of_readings import memory
+from accelcal.discovery.noise.of_readings import memory, relative_noise
 from accelcal.discovery.spans import orthonormal
 
 MOST = 600
