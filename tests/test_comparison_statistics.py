@@ -14,7 +14,7 @@ from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
-from accelcal.discovery.new_record.chances import Estimated, chances
+from accelcal.discovery.new_record.judgement import Estimated, chances
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.noise.covariance import Covariance, whitener_of

@@ -11,10 +11,9 @@ from scipy import stats
 import accelcal
 from accelcal.apparatus import Apparatus
 from accelcal.discovery.base import base_model, solve
-from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import family_of, judge, with_rates
-from accelcal.discovery.instance import column_of
+from accelcal.discovery.instance import column_of, instances_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.audit import (
     aliases,

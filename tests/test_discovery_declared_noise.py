@@ -21,7 +21,7 @@ from accelcal.discovery.noise.of_readings import (
     reading_noise,
     relative_noise,
 )
-from accelcal.discovery.noise.of_runs import with_noise_of_runs
+from accelcal.discovery.noise.pure_error import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
 
 QUIET = accelcal.NoiseComponents(reading=1e-12, head=0.0, launch=0.0, launch_sf=0.0)

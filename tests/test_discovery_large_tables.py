@@ -9,8 +9,8 @@ from dense_covariance import matrix_of, whitening_matrix
 from numpy.testing import assert_allclose
 
 import accelcal
-from accelcal.discovery.candidates import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.instance import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import _fourth_powers
 from accelcal.discovery.noise.pure_error import pure_error, smooth

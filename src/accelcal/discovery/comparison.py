@@ -22,7 +22,7 @@ from accelcal.discovery.noise.of_readings import (
     refuse_too_many,
     relative_noise,
 )
-from accelcal.discovery.noise.of_runs import with_noise_of_runs
+from accelcal.discovery.noise.pure_error import with_noise_of_runs
 from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord

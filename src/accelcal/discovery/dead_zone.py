@@ -26,7 +26,7 @@ from accelcal.discovery.instance import Instance, all_own_columns, replaced
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.solution import unlike
 from accelcal.discovery.spans import scaled
-from accelcal.discovery.unnamed.any_pattern import of_position
+from accelcal.discovery.unnamed.mistaken import of_position
 from accelcal.discovery.unnamed.slow import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes, squares_left
 from accelcal.effects.catalogue import catalogue

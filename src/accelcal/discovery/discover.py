@@ -11,7 +11,6 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.as_searched import as_searched
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone import (
     OPEN,
@@ -37,10 +36,10 @@ from accelcal.discovery.doubts.otherwise import (
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import by_factor, shares
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, searched_among
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise.of_readings import ReadingNoise, refuse_too_many, sources
-from accelcal.discovery.noise.of_runs import LoudRun
+from accelcal.discovery.noise.pure_error import LoudRun
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import outlooks, proposals

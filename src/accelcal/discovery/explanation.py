@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.instance import Instance, left_out_around, own_columns, visible
 from accelcal.discovery.parameters import settled
 from accelcal.discovery.spans import (
     first_largest,

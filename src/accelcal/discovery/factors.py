@@ -102,7 +102,7 @@ _PURE = 0.8
 def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tuple[Share, ...]:
     """Share of each factor in the disagreement, and the chance that it is noise.
 
-    A single chance is that of a factor alone, see `accelcal.discovery.new_record.chances`, from
+    A single chance is that of a factor alone, see `accelcal.discovery.new_record.judgement`, from
     which those of Holm are made. What the shares leave of 1 is the repeatability.
     """
     total = float(seen @ seen) or 1.0  # without any disagreement all shares are 0

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Candidates, candidates
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block, blocks
+from accelcal.discovery.instance import Candidates, candidates
 from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space

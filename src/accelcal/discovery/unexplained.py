@@ -15,7 +15,7 @@ from accelcal.discovery.factors import Block, pattern, structure
 from accelcal.discovery.family import Family, judge
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.noise.of_readings import relative_noise
-from accelcal.discovery.noise.of_runs import TOO_LOUD, LoudRun, loud_run
+from accelcal.discovery.noise.pure_error import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.unnamed.passing import passing

@@ -14,8 +14,8 @@ import numpy as np
 
 from accelcal.accelerometer import Accelerometer
 from accelcal.calibrate.fit import fit
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.family import family_of, with_rates
+from accelcal.discovery.instance import searched_among
 from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.prospects.audit import aliases, designed, smallest_detectable, undetectable
 from accelcal.estimate.estimability import estimability

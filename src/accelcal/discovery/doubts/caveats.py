@@ -23,8 +23,7 @@ from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.look import Look
 from accelcal.discovery.parameters import parameters_of, said_of_not_shown
 from accelcal.discovery.search import cancels
-from accelcal.discovery.unnamed.any_pattern import any_patterns
-from accelcal.discovery.unnamed.mistaken import Instead
+from accelcal.discovery.unnamed.mistaken import Instead, any_patterns
 from accelcal.discovery.unnamed.slow import (
     LIKELY,
     POSSIBLE,

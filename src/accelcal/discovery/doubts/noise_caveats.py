@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.caveats import Caveat
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.noise.of_runs import TOO_LOUD, LoudRun
+from accelcal.discovery.noise.pure_error import TOO_LOUD, LoudRun
 from accelcal.plural import are, listed
 
 _UNEVEN = 1.2

@@ -16,10 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation, explain_as_well
-from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.instance import Instance, instance_of, instances_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.solution import APART, apart, changes, solution
 from accelcal.discovery.untold import scales, untold

@@ -6,7 +6,7 @@ no residual shows another size, which temperature laws, or free shifts of the sc
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,7 +14,6 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.faults.fault import SMALLEST, of_run, order_fault
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.estimate.launch import same_levels
 from accelcal.estimate.tables import PreparedTable, prepare
@@ -28,8 +27,11 @@ from accelcal.head_angles import head_positions
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
-from accelcal.results.findings import Fault
+from accelcal.results.findings import WRONG_ORDER, Fault
 from accelcal.results.quantity import Quantity
+
+SMALLEST = 1e-300
+"""Smallest p-value told, and smallest error that is divided by."""
 
 _LAGGING = 1.5
 """Squared residuals of another order, over those of a lag, from which on it is the lag."""
@@ -329,3 +331,21 @@ def single_table(record: TumbleRecord, readings: Mask, delta0: float) -> SingleT
     rest = table.record.output - table.kept_design @ values
     told = dict(zip(table.estimability.kept, values.tolist(), strict=True))
     return SingleTable(table, told, rest, max(float(rest.size - values.size), 1.0))
+
+
+def order_fault(
+    name: str,
+    finding: str,
+    parameters: Mapping[str, Quantity],
+    chance: float,
+    readings: Sequence[int],
+) -> Fault:
+    """Tell a fault of the order, the sign or the mounting, which is no entry of the catalogue."""
+    p_value = max(chance, SMALLEST)
+    return Fault(WRONG_ORDER, name, finding, parameters, p_value, tuple(readings))
+
+
+def of_run(record: TumbleRecord, reading: int) -> str:
+    """Begin to say where a reading is: of which run, where there are several."""
+    label = record.run_labels[record.run[reading]]
+    return f"run {label}, " if len(record.run_labels) > 1 else ""

@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import in_fit
 from accelcal.discovery.doubts.otherwise import (
@@ -31,7 +30,15 @@ from accelcal.discovery.doubts.otherwise import (
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.in_use.carrying_over import of_one_file
-from accelcal.discovery.instance import Instance, columns_of, instance_of, own_columns, replaced
+from accelcal.discovery.instance import (
+    Instance,
+    columns_of,
+    instance_of,
+    instances_of,
+    left_out_around,
+    own_columns,
+    replaced,
+)
 from accelcal.discovery.parameters import settled
 from accelcal.discovery.spans import all_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.untimed import by_pauses

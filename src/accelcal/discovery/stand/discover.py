@@ -11,7 +11,6 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Mask
 from accelcal.discovery.as_searched import as_searched
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.dead_zone import (
     OPEN,
@@ -21,16 +20,9 @@ from accelcal.discovery.dead_zone import (
     without_bound,
 )
 from accelcal.discovery.discover import answered, check_search
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, searched_among
 from accelcal.discovery.look import Question
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings
-from accelcal.discovery.stand.joint_fit import coefficients, without_head
-from accelcal.discovery.stand.mean_unit import (
-    Unit,
-    check_one_plan,
-    mean_unit,
-    on_one_stand,
-)
 from accelcal.discovery.stand.ownership import (
     FEWEST,
     Looker,
@@ -40,6 +32,14 @@ from accelcal.discovery.stand.ownership import (
     instances_in,
     one_value,
     own_effects,
+)
+from accelcal.discovery.stand.units import (
+    Unit,
+    check_one_plan,
+    coefficients,
+    mean_unit,
+    on_one_stand,
+    without_head,
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError

@@ -18,13 +18,14 @@ from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.instance import Instance, column_of, instance_of
 from accelcal.discovery.search import search
 from accelcal.discovery.spans import scaled
-from accelcal.discovery.stand.joint_fit import (
+from accelcal.discovery.stand.units import (
+    Unit,
+    amplitudes,
     beside_the_others,
     known,
     of_another_head,
     shared_columns,
 )
-from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.effects.effect import Effect
 from accelcal.effects.found import disturbances
 from accelcal.head_angles import head_positions

@@ -14,8 +14,8 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.discovery.new_record.chances import sizes_left_open
 from accelcal.discovery.new_record.errors_counted import too_little_told, untold
+from accelcal.discovery.new_record.judgement import sizes_left_open
 from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
@@ -75,7 +75,7 @@ def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> Joi
     The covariance, shape (p, p), is a function of a factor that gives the size of an error over its
     estimate, by the degrees of freedom of the estimate. The sum of squares is with the sizes as
     estimated; the chance is the mean over all sizes that few degrees of freedom leave open, as in
-    `accelcal.discovery.new_record.chances`.
+    `accelcal.discovery.new_record.judgement`.
     """
     whitener = _whitener(covariance(lambda _: 1.0))
     p, seen = len(whitener), whitener @ differences
