@@ -30,15 +30,8 @@ def as_searched(record: TumbleRecord, delta0: float | None) -> TumbleRecord:
         If it is of several clampings, or a run has no temperature and others have.
     """
     refuse_several_clampings(record)
-    return as_measured(at_positions(with_temperatures_of_runs(record), delta0))
-
-
-def as_measured(record: TumbleRecord) -> TumbleRecord:
-    """Bring the rows into the order of measuring, so that noise is drawn alike for any other.
-
-    It is the very same record where they are in it.
-    """
-    order = order_of_measuring(record)
+    record = at_positions(with_temperatures_of_runs(record), delta0)
+    order = order_of_measuring(record)  # so that noise is drawn alike for any other
     return record if (np.diff(order) > 0).all() else record.taken(order)
 
 

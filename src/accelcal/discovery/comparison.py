@@ -127,9 +127,11 @@ def _judged(
     *,
     memory: bool,
 ) -> Comparison:
-    repeating = saturated(model.conditions, record.mounting)
     if noise is None:
-        within = _beside(repeating, columns_of(known, model.conditions))
+        repeating = saturated(model.conditions, record.mounting)
+        within = np.hstack([repeating, columns_of(known, model.conditions)])
+        if len(within) - orthonormal(within).shape[1] < FEWEST_REPLICATES:
+            within = repeating  # known effects leave too little to tell the noise
         first = model.residual(solve(model))
         step, by_std = _step(record, model), relative_noise(record)
         relative = with_noise_of_runs(model.conditions, first, within, by_std, step)
@@ -137,19 +139,24 @@ def _judged(
     if not memory:
         noise = noise._replace(rho=0.0, possible=())
     spread = covariance(model.conditions, noise, record.apparatus, _step(record, model))
+    possible = tuple(spread._replace(rho=rho) for rho in noise.possible)
+    return with_errors(record, model, noise, spread, possible)
+
+
+def with_errors(
+    record: TumbleRecord,
+    model: BaseModel,
+    noise: ReadingNoise,
+    spread: Covariance,
+    possible: tuple[Covariance, ...],
+) -> Comparison:
+    """Compare a record with a model by the covariance of its errors, as in `Comparison`."""
     whitener = whitener_of(spread)
     parameters = solve(model, whitener.whitened)
+    repeating = saturated(model.conditions, record.mounting)
     space = space_of(whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
-    possible = tuple(spread._replace(rho=rho) for rho in noise.possible)
     return Comparison(record, model, parameters, noise, space, seen, spread, possible)
-
-
-def _beside(repeating: Array, columns: Array) -> Array:
-    """What is no noise: all that repeats and, where they leave enough of it, known effects."""
-    within = np.hstack([repeating, columns])
-    enough = len(within) - orthonormal(within).shape[1] >= FEWEST_REPLICATES
-    return within if enough else repeating
 
 
 def _step(record: TumbleRecord, model: BaseModel) -> float:

@@ -150,16 +150,10 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
             tilted = _of_a_tilt(look, record, question)
             look, found = (look, found) if tilted is None else (tilted, ())
         told = _discovery(look, record, found, question)
-        kept = _of_kept_readings(record, mended, found)
+        # of readings that may be at fault, or could not be judged, and are kept
+        known = {*record.notes, *(fault.finding for fault in found)}
+        kept = [note for note in mended.notes if note not in known]
         return replace(told, notes=(*kept, *told.notes))
-
-
-def _of_kept_readings(
-    record: TumbleRecord, mended: TumbleRecord, found: Sequence[Fault]
-) -> tuple[str, ...]:
-    """Tell of readings that may be at fault, or could not be judged, and are kept."""
-    known = {*record.notes, *(fault.finding for fault in found)}
-    return tuple(note for note in mended.notes if note not in known)
 
 
 def _of_a_tilt(turned: Look, record: TumbleRecord, question: Question) -> Look | None:
@@ -194,7 +188,8 @@ def _discovery(
     named, unexplained, loud = _named_and_left(look, question)
     bare = solution(comparison)
     within = solution(comparison, named.instances) if named else bare
-    strongest = _strongest_first(named) if named else ()
+    both = zip(named.instances, named.p_values, strict=True) if named else ()
+    strongest = sorted(both, key=lambda item: item[1])
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
@@ -315,10 +310,8 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
     record, noise = look.comparison.record, look.comparison.noise
     foreseen = outlooks(record, noise, question.reference, question.delta0)
     found = proposals(look.comparison, foreseen, named.instances, rivals)
-    good = [item for item in found if item.blocks is not None]
-    in_one_clamping = [item for item in good if not item.block.clocking]
-    best = next(iter(in_one_clamping or good), None)
-    return best.text if best else "none of the further readings that were tried tells them apart"
+    none = "none of the further readings that were tried tells them apart"
+    return found[0].text if found else none
 
 
 def _as_given(
@@ -343,12 +336,6 @@ def noise_of_all(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:
     outliers = np.sort([fault.readings[0] for fault in found if fault.id == "outlier"])
     places = outliers.astype(np.intp) - np.arange(outliers.size)  # among those that are kept
     return noise._replace(relative=np.insert(noise.relative, places, 1.0))
-
-
-def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
-    """Effects of an explanation with their p-values."""
-    both = zip(named.instances, named.p_values, strict=True)
-    return tuple(sorted(both, key=lambda item: item[1]))
 
 
 def _effects(

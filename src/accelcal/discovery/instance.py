@@ -78,16 +78,12 @@ def column_of(instance: Instance, c: Conditions) -> Array:
 def columns_of(instances: Iterable[Instance], c: Conditions) -> Array:
     """Changes of the readings for instances of size 1 [g], shape (n, h)."""
     found = [np.empty((c.angle.size, 0))]
-    for _, group in groupby(instances, _but_for_mixture):
+    # what instances share whose columns are mixed of the same
+    for _, group in groupby(instances, lambda i: (i.effect, i.mixture[0] < 0.0, i.shape, i.near)):
         alike = list(group)
         mixtures = np.array([item.mixture for item in alike])
         found.append(amplitude_columns(alike[0], c) @ mixtures.T)
     return np.hstack(found)
-
-
-def _but_for_mixture(item: Instance) -> tuple[object, ...]:
-    """What instances share whose columns are mixed of the same."""
-    return item.effect, item.mixture[0] < 0.0, item.shape, item.near
 
 
 def all_own_columns(instances: Iterable[Instance], c: Conditions) -> Array:

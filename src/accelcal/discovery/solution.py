@@ -222,8 +222,11 @@ def held_out_rms(
     squares, readings = np.zeros(len(sets)), 0
     for out in _folds(comparison, np.random.default_rng(seed)):
         others = whitener_of(comparison.spread.among(~out))
-        missed = [_missed(others.whitened(own[~out]), own[out]) for own in models]
-        squares += [float(part @ part) for part in missed]
+        for place, own in enumerate(models):
+            known = others.whitened(own[~out])
+            solved = np.linalg.lstsq(known[:, :-1], known[:, -1], rcond=_RANK)[0]
+            missed = own[out, -1] - own[out, :-1] @ solved
+            squares[place] += float(missed @ missed)
         readings += int(out.sum())
     return [float(np.sqrt(total / readings)) if readings else None for total in squares]
 
@@ -244,12 +247,3 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
     for fold in range(min(cycles.size, _FOLDS)):
         if (turn == fold).any() and (turn != fold).any():
             yield turn == fold
-
-
-def _missed(others: Array, out: Array) -> Array:
-    """Reading minus prediction of those left out [g].
-
-    Both are columns of the model and the readings beside them, those of the others whitened.
-    """
-    solved = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=1e-9)[0]
-    return np.asarray(out[:, -1] - out[:, :-1] @ solved)

@@ -193,7 +193,8 @@ def visible_step(output: Array, scatter: float) -> VisibleStep | None:
     >>> round(found.step, 9), found.p_value < 1e-9
     (0.000244, True)
     """
-    smallest = _least_step(scatter)
+    # the rounding by a step is in the scatter
+    smallest = scatter / float(np.sqrt(1.0 / _VISIBLE**2 + 1.0 / 12.0))
     for guess, near in _guesses(output):
         if guess * (1.0 + near) < smallest or not guess > 0.0:
             continue
@@ -201,11 +202,6 @@ def visible_step(output: Array, scatter: float) -> VisibleStep | None:
         if found is not None and found.step >= smallest and found.p_value < 1e-3:
             return found
     return None
-
-
-def _least_step(scatter: float) -> float:
-    """Step that is 1.5 standard deviations of the noise, whose rounding is in the scatter."""
-    return scatter / float(np.sqrt(1.0 / _VISIBLE**2 + 1.0 / 12.0))
 
 
 def _guesses(output: Array) -> list[tuple[float, float]]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Mask, Places
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.all_readings import (
     VisibleStep,
     chance_of_vibration,
@@ -62,10 +62,6 @@ class _Scene(NamedTuple):
     relative: Array | None  # noise of each, as declared
     view: PureError  # within runs, in units of that
 
-    def beside_tilts(self) -> PureError:
-        """The view beside drifts of scale factor and misalignment by the time."""
-        return _beside(tilting(self.c, self.record.mounting), self.readings, self.relative)
-
 
 def _beside(columns: Array, readings: Array, relative: Array | None) -> PureError:
     """What columns leave of the readings, in units of their noise as declared."""
@@ -112,7 +108,7 @@ def faults(
     step = step or visible_step(ordered.output, _scatter(rest))
     # Where readings are rounded to a visible step, the scatter of a cell depends on where in a step
     # its mean lies. That would pass for vibration, so it is not looked for.
-    view = rest.beside_tilts()
+    view = _beside(tilting(rest.c, mended.mounting), rest.readings, rest.relative)
     chance = 1.0 if step else chance_of_vibration(view, rest.c, mended.mounting)
     shaken: tuple[Fault, ...] = ()
     if chance < alpha:
@@ -120,7 +116,8 @@ def faults(
         single, mended = _of_single_readings(scene, step, ratio, alpha)
         shaken = (_of_vibration(_scene(mended, reference_temperature, delta0), chance),)
     stepped = () if step is None else (_of_step(step, rest),)
-    turned = turned_tables(mended, delta0, _kept(record, single))
+    outliers = [fault.readings[0] for fault in single if len(fault.readings) == 1]
+    turned = turned_tables(mended, delta0, np.delete(np.arange(len(record)), outliers))
     notes = [fault.finding for fault in (*orders, *sizes, *turns, *single)]
     if scene.view.dof < FEWEST_REPLICATES:
         notes.append(_NOT_JUDGED.format(freedom=degrees_of_freedom(max(int(scene.view.dof), 0))))
@@ -128,12 +125,6 @@ def faults(
     if step is not None:
         mended = mended.with_apparatus(resolution=step.step)
     return (*orders, *sizes, *turns, *turned, *single, *stepped, *shaken), mended
-
-
-def _kept(record: TumbleRecord, single: tuple[Fault, ...]) -> Places:
-    """Indices of the readings that are not set aside."""
-    outliers = [fault.readings[0] for fault in single if len(fault.readings) == 1]
-    return np.delete(np.arange(len(record)), outliers)
 
 
 def _of_single_readings(

@@ -276,7 +276,8 @@ def moved(
         sizes = fitted_sizes(comparison, replaced(instances, place, start.at(name, value)))
         return -squares_in(orthonormal(sizes.linear[:, sizes.shown]), comparison.seen)
 
-    grid = _grid(comparison, parameter, start.shape[name])
+    searched = parameter.searched_at(comparison.model.conditions).tolist()
+    grid = np.unique([*searched, start.shape[name]])
     best = int(np.argmin([loss(value) for value in grid.tolist()]))
     ends = grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)]
     if ends[0] < ends[1]:
@@ -284,8 +285,3 @@ def moved(
         if found.fun < loss(float(grid[best])):
             return start.at(name, float(found.x))
     return start.at(name, float(grid[best]))
-
-
-def _grid(comparison: Comparison, parameter: Parameter, found: float) -> Array:
-    """Values to begin with: those that a search of these readings tries, and the one found."""
-    return np.unique([*parameter.searched_at(comparison.model.conditions).tolist(), found])

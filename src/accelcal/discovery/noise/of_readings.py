@@ -139,11 +139,8 @@ def reading_noise(
     excess, by_chance = _excess_kurtosis(error, basis, variance)
     heavy = excess > _BEYOND_CHANCE * by_chance
     sigma = float(np.sqrt(variance))
-    return ReadingNoise(sigma, rho, dof, _tails(excess), relative, possible, heavy)
-
-
-def _tails(excess: float) -> float:
-    return next((dof for least, dof in _TAILS if excess > least), np.inf)
+    tails = next((freedom for least, freedom in _TAILS if excess > least), np.inf)
+    return ReadingNoise(sigma, rho, dof, tails, relative, possible, heavy)
 
 
 def _excess_kurtosis(error: Array, basis: Array, variance: float) -> tuple[float, float]:

@@ -49,12 +49,9 @@ class Proposal(NamedTuple):
     """A measurement that would tell explanations apart."""
 
     block: Block  # what is measured
-    separation: tuple[float, ...]
-    """Noncentrality of the best explanation beside each rival, after one block."""
-    blocks: int | None
-    """Blocks after which it is `ENOUGH` beside each rival; None where `MOST` are too few."""
-    readings: int | None  # readings of these blocks
-    hours: float | None  # time that they take
+    blocks: int  # blocks after which the noncentrality is `ENOUGH` beside each rival
+    readings: int  # readings of these blocks
+    hours: float | None  # time that they take; None where the record tells no times
     text: str  # the proposal in a line
 
 
@@ -63,11 +60,11 @@ def proposals(
     foreseen: Sequence[Outlook],
     best: Instances,
     rivals: Sequence[Instances],
-) -> tuple[Proposal, ...]:
-    """Rank the menu by what it takes to tell the best explanation from all its rivals.
+) -> list[Proposal]:
+    """Rank what tells the best explanation from all its rivals by what it takes.
 
-    First comes what takes the least time, or the fewest readings where the record tells no times;
-    what would not tell them apart comes last. There are none without rivals.
+    First comes what takes the least time, or the fewest readings where the record tells no times,
+    in the clamping of the record; then what turns the unit in its clamp.
 
     Notes
     -----
@@ -75,33 +72,19 @@ def proposals(
     amplitudes and smooth nonlinear parameters; a number of a reading or of a position stays as the
     record has it.
     """
-    if not rivals:
-        return ()
-    names = _names(best), ", ".join(_names(rival) for rival in rivals)
-    c, space = comparison.model.conditions, comparison.space
-    columns = space.see(columns_of(best, c))
+    columns = comparison.space.see(columns_of(best, comparison.model.conditions))
     sizes = np.asarray(np.linalg.lstsq(columns, comparison.seen, rcond=None)[0])
-    found = [_proposal(outlook, best, sizes, rivals, names) for outlook in foreseen]
-    return tuple(sorted(found, key=_cost))
-
-
-def _cost(proposal: Proposal) -> tuple[float, float]:
-    if proposal.readings is None:
-        return np.inf, -min(proposal.separation)
-    return proposal.readings if proposal.hours is None else proposal.hours, 0.0
-
-
-def _names(instances: Instances) -> str:
-    return " + ".join(sorted(item.effect.id for item in instances))
+    tried = [_proposal(outlook, best, sizes, rivals) for outlook in foreseen]
+    return sorted(
+        (one for one in tried if one is not None),
+        key=lambda one: (one.block.clocking, one.readings if one.hours is None else one.hours),
+    )
 
 
 def _proposal(
-    outlook: Outlook,
-    best: Instances,
-    sizes: Array,
-    rivals: Sequence[Instances],
-    names: tuple[str, str],
-) -> Proposal:
+    outlook: Outlook, best: Instances, sizes: Array, rivals: Sequence[Instances]
+) -> Proposal | None:
+    """As many blocks as it takes; None where `MOST` are too few."""
     c = outlook.conditions
     apart = sum(size * column_of(item, c) for item, size in zip(best, sizes, strict=True))
     beside = [outlook.beside(_span(rival, c), np.asarray(apart)[:, None]) for rival in rivals]
@@ -110,24 +93,19 @@ def _proposal(
         return min(float(left.lengths(number)[0]) for left in beside)
 
     fewer = bisect_left(range(1, MOST + 1), ENOUGH, key=hardest)
-    blocks = fewer + 1 if fewer < MOST else None
+    if fewer == MOST:
+        return None
+    blocks, readings = fewer + 1, (fewer + 1) * outlook.readings
+    times = f"{blocks} times " if blocks > 1 else ""
+    name, *others = (" + ".join(sorted(i.effect.id for i in own)) for own in (best, *rivals))
     return Proposal(
         block=outlook.block,
-        separation=tuple(float(left.lengths(1)[0]) for left in beside),
         blocks=blocks,
-        readings=None if blocks is None else blocks * outlook.readings,
-        hours=None if blocks is None or outlook.hours is None else blocks * outlook.hours,
-        text=_text(outlook, blocks, names),
+        readings=readings,
+        hours=None if outlook.hours is None else blocks * outlook.hours,
+        text=f"measure {times}{outlook.block.action}: {readings} readings tell {name} from"
+        f" {', '.join(others)}",
     )
-
-
-def _text(outlook: Outlook, blocks: int | None, names: tuple[str, str]) -> str:
-    action = outlook.block.action
-    if blocks is None:
-        return f"{MOST} times {action} would not tell {names[0]} from {names[1]}"
-    times = f"{blocks} times " if blocks > 1 else ""
-    readings = blocks * outlook.readings
-    return f"measure {times}{action}: {readings} readings tell {names[0]} from {names[1]}"
 
 
 def _span(instances: Instances, c: Conditions) -> Array:

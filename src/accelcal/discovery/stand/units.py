@@ -21,14 +21,11 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.base import solve
-from accelcal.discovery.columns import head_columns, saturated
-from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.columns import head_columns
+from accelcal.discovery.comparison import Comparison, with_errors
 from accelcal.discovery.instance import Instance, column_of, columns_of
-from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import Solution, changes, solution
-from accelcal.discovery.space import space_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
@@ -251,14 +248,12 @@ def without_head(
         return tuple(units)
     positions = units[0].head.shape[1]
     told = known(units, shared, head, len(amplitudes(shared)) + positions)
-    errors = told.value[-positions:]
-    return tuple(
-        unit._replace(comparison=_less(unit.comparison, unit.head @ errors)) for unit in units
-    )
-
-
-def _less(comparison: Comparison, part: Array) -> Comparison:
-    return comparison._replace(seen=comparison.seen - comparison.space.see(part))
+    found = []
+    for unit in units:
+        own = unit.comparison
+        by_head = own.space.see(unit.head @ told.value[-positions:])
+        found.append(unit._replace(comparison=own._replace(seen=own.seen - by_head)))
+    return tuple(found)
 
 
 def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison:
@@ -271,20 +266,9 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     sizes = np.sqrt(np.maximum(np.diagonal(told.covariance), _NOTHING))
     uncertain = columns @ covariance_root(told.covariance, sizes)
     spread = old.spread.with_shared(uncertain)
-    whitener = whitener_of(spread)
+    possible = tuple(each.with_shared(uncertain) for each in old.possible)
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
-    parameters = solve(model, whitener.whitened)
-    space = space_of(
-        whitener, model.jacobian(parameters), saturated(model.conditions, old.record.mounting)
-    )
-    return old._replace(
-        model=model,
-        parameters=parameters,
-        space=space,
-        seen=space.see(model.residual(parameters)),
-        spread=spread,
-        possible=tuple(each.with_shared(uncertain) for each in old.possible),
-    )
+    return with_errors(old.record, model, old.noise, spread, possible)
 
 
 def coefficients(

@@ -173,17 +173,13 @@ class Errors(NamedTuple):
         return Errors(*whole)
 
 
-def _as_estimated(_: float) -> float:
-    return 1.0
-
-
 def errors_of_both(
     old: Side,
     new: Side,
     temperature: float | None,
     *,
     same_head: bool,
-    factor: Callable[[float], float] = _as_estimated,
+    factor: Callable[[float], float] = lambda _: 1.0,
 ) -> Errors:
     """Covariance of the errors of two calibrations that matter in their difference.
 

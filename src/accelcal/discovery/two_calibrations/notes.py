@@ -79,12 +79,13 @@ def left_out(
 ) -> dict[Name, str]:
     """Say why coefficients that one calibration or both determine are not compared."""
     found: dict[Name, str] = {}
+    apart = abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0))
     for name in dict.fromkeys([*one, *other]):
         symbol, axis = name
         missing = [own.name for own, told in ((old, one), (new, other)) if name not in told]
         if missing:
             found[name] = f"{_NOT_TOLD} by the {missing[0]} calibration"
-        elif symbol in SLOPES and _references_differ(old, new):
+        elif symbol in SLOPES and apart > ALIKE:
             found[name] = "slopes above and below another T0"
         elif symbol == "delta" and axis and _angles_differ(old, new, axis):
             found[name] = (
@@ -94,10 +95,6 @@ def left_out(
         elif (meanings := [_meaning(own, *name) for own in (old, new)])[0] != meanings[1]:
             found[name] = f"it is {meanings[0]} in the old calibration, {meanings[1]} in the new"
     return found
-
-
-def _references_differ(old: Side, new: Side) -> bool:
-    return abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0)) > ALIKE
 
 
 def _angles_differ(old: Side, new: Side, axis: str) -> bool:
@@ -125,22 +122,20 @@ def notes(
     """Say what makes a comparison less than it seems, a sentence each."""
     if are_of_one_file(old, new):
         yield "both calibrations are of the same readings: new ones would agree less well"
-    yield from _of_large_errors(old, new)
+    for own in (old, new):
+        if told := hiding(own.error_sources):
+            yield f"{own.name} calibration: {told}"
     yield from _not_compared(lost)
     yield from _of_head(old, new, same)
     yield from _of_fixture(old, new, same, lost)
     yield from _of_gravity(old, new, same)
     yield from _of_unit(old, new)
     yield from _of_temperature(old, new, temperature)
-    yield from _of_runs(old, new)
+    for own in (old, new):
+        if told := said_of_runs(own.calibration):
+            yield f"the {own.name} {told}"
     yield from _of_effects(old, new, same)
     yield from _of_launches(old, new)
-
-
-def _of_large_errors(old: Side, new: Side) -> Iterator[str]:
-    for own in (old, new):
-        if told := hiding(own.error_sources):
-            yield f"{own.name} calibration: {told}"
 
 
 def _not_compared(lost: Mapping[Name, str]) -> Iterator[str]:
@@ -240,12 +235,6 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
                 f"the {own.name} calibration {off} and tells no slopes: U counts what usual ones"
                 " make of it"
             )
-
-
-def _of_runs(old: Side, new: Side) -> Iterator[str]:
-    for own in (old, new):
-        if told := said_of_runs(own.calibration):
-            yield f"the {own.name} {told}"
 
 
 def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
