@@ -25,7 +25,7 @@ from accelcal.discovery.new_record.errors_counted import (
     said_of_usual_slopes,
     with_usual_slopes,
 )
-from accelcal.discovery.new_record.judgement import Seen, judge
+from accelcal.discovery.new_record.judgement import judge
 from accelcal.discovery.new_record.repeatability import (
     hiding,
     known_noise,
@@ -34,7 +34,7 @@ from accelcal.discovery.new_record.repeatability import (
     step_of,
     worse_than_known,
 )
-from accelcal.discovery.new_record.same_clamping import Fixtures, is_one_head
+from accelcal.discovery.new_record.same_clamping import Fixtures, Seen, is_one_head
 from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.noise.of_readings import refuse_too_many, sources
 from accelcal.discovery.untimed import simulated_in_pauses
@@ -140,11 +140,9 @@ def compare(
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
             *filter(None, [worse, said_of_noise]),
-            *coefficient_notes(calibration, found, simulated, errors.unbounded),
-            *notes(calibration, record, declared, own),
-            *(*said, *said_of_usual_slopes(fixtures, simulated, declared)),
-            *head_notes(calibration, declared, same, bool(errors.positions.size)),
-            *(*fixtures.notes(record), *notes_of_positions(converted, simulated)),
+            *(*coefficient_notes(seen), *notes(seen, record)),
+            *(*said, *said_of_usual_slopes(seen), *head_notes(seen, same)),
+            *(*fixtures.notes(record), *notes_of_positions(seen)),
         ),
         serial=record.serial,
         readings=len(record),

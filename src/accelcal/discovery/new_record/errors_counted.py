@@ -13,13 +13,13 @@ from types import MappingProxyType
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, is_corrected
-from accelcal.discovery.new_record.same_clamping import Fixtures, is_same_file
-from accelcal.discovery.new_record.simulated import ERRORS, Simulated, gravity_ratio
+from accelcal.discovery.new_record.same_clamping import Seen, is_same_file
+from accelcal.discovery.new_record.simulated import ERRORS, gravity_ratio
 from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.uncertainty import share_taken_off
@@ -32,7 +32,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.agreement import NOISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
-from accelcal.results.table import TableCalibration
 from accelcal.results.tables_in_use import tables_in_use
 
 HEAT = "temperature_uncertainty"
@@ -92,15 +91,13 @@ def _with_noise(source: ErrorSource, calibration: Calibration) -> ErrorSource:
     coefficient = SHIFTED.get(source.name)
     if coefficient is None or source.dof is None:
         return source
-    noise = [_noise_of(table, coefficient) ** 2 for table in calibration.tables]
-    whole = (source.value or 0.0) ** 2 + share_taken_off(source.dof) * np.mean(noise)
+    by_noise = [
+        table.budget.get(coefficient, {}).get("reading", 0.0)
+        / (table.coefficients["K1"].value or np.inf)
+        for table in calibration.tables
+    ]
+    whole = (source.value or 0.0) ** 2 + share_taken_off(source.dof) * np.mean(np.square(by_noise))
     return replace(source, value=float(np.sqrt(whole)))
-
-
-def _noise_of(table: TableCalibration, coefficient: str) -> float:
-    """What the noise of the readings does to a coefficient, over K1."""
-    noise = table.budget.get(coefficient, {}).get("reading", 0.0)
-    return abs(noise / (table.coefficients["K1"].value or np.inf))
 
 
 def size_counted(source: ErrorSource) -> float:
@@ -159,17 +156,9 @@ def _is_untold(source: ErrorSource) -> bool:
     return source.value is None or (is_zero and freedom(source) < _FEW)
 
 
-def notes(
-    calibration: Calibration,
-    record: TumbleRecord,
-    declared: Apparatus,
-    known: Mapping[str, ErrorSource],
-) -> Iterator[str]:
-    """Say what makes a comparison less than it seems, a sentence each.
-
-    The errors that are `declared` come from `counted`, those that are `known` from
-    `from_calibration`.
-    """
+def notes(seen: Seen, record: TumbleRecord) -> Iterator[str]:
+    """Say what makes a comparison with a record as it was given less than it seems."""
+    calibration = seen.fixtures.calibration
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
     yield from _units(calibration, record)
@@ -177,25 +166,21 @@ def notes(
         yield "the calibration was fitted to this very file: new readings would agree less well"
     if told := said_of_runs(calibration):
         yield f"the {told}"
-    if missing := [name for name in _NAMES if getattr(declared, name) is None]:
+    if missing := [name for name in _NAMES if getattr(seen.declared, name) is None]:
         yield f"{listed(missing)} {are(missing)} not declared: such errors look like a change"
     if any(table.shares for table in calibration.tables):
         yield (
             "the effects in the calibration count as they are named: if they are others that its"
             " warnings tell of, the readings may disagree though nothing has changed"
         )
-    yield from _few_degrees(known)
+    yield from _few_degrees(seen.known)
 
 
-def coefficient_notes(
-    calibration: Calibration, found: Compensation, simulated: Simulated, unbounded: Mask
-) -> Iterator[str]:
-    """Say where the coefficients of the calibration cannot be those of the record.
-
-    Of its errors, shape (18,), some are `unbounded`.
-    """
-    expected = simulated.simulated
-    ratio = float(simulated.reading @ expected / (expected @ expected or 1.0))
+def coefficient_notes(seen: Seen) -> Iterator[str]:
+    """Say where the coefficients of the calibration cannot be those of the record."""
+    calibration, found, _ = seen.fixtures
+    expected = seen.simulated.simulated
+    ratio = float(seen.simulated.reading @ expected / (expected @ expected or 1.0))
     if abs(ratio - 1.0) > _LIKE and np.ptp(expected) > _LIKE:
         yield (
             f"the readings are {ratio:.3g} times what the calibration simulates: mend their unit or"
@@ -210,32 +195,23 @@ def coefficient_notes(
             f"{''.join(stands)}"
         )
     of_other = found.other.symbols if found.other else ()
-    bare = list(compress((*found.symbols, *of_other), unbounded))
+    bare = list(compress((*found.symbols, *of_other), seen.errors.unbounded))
     if bare:
         have = "has" if len(bare) == 1 else "have"
         yield f"{listed(bare)} {have} no U in the calibration: what changes in them is not told"
 
 
-def head_notes(
-    calibration: Calibration,
-    declared: Apparatus,
-    same: bool | None,
-    told: bool,
-) -> Iterator[str]:
-    """Say what the head leaves open, a sentence each.
-
-    Whether both were measured on one head is `same`, None where nothing tells; whether the
-    calibration has the positions of its head is `told`.
-    """
-    if is_corrected(calibration):
+def head_notes(seen: Seen, same: bool | None) -> Iterator[str]:
+    """Say what the head leaves open, where both were measured on the `same` or nothing tells."""
+    if is_corrected(seen.fixtures.calibration):
         yield (
             "the calibration was corrected by the known errors of its head, the record is not: they"
             " are in the differences; on the same head, compare with a calibration that is not"
             " corrected, which has them as well"
         )
-    elif same is None and declared.head_uncertainty and not told:
+    elif same is None and seen.declared.head_uncertainty and not seen.errors.positions.size:
         yield "the calibration tells no positions of its head, or too many: it counts as another"
-    elif same is None and declared.head_uncertainty:
+    elif same is None and seen.declared.head_uncertainty:
         yield (
             "it is not known whether both were measured on one head, clamped alike: the intervals"
             " are the wider ones of both cases; name the head in a line '# head: NAME' of both"
@@ -292,32 +268,31 @@ def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> Calibra
     )
 
 
-def by_usual_heat(fixtures: Fixtures, simulated: Simulated, declared: Apparatus) -> Array:
+def by_usual_heat(seen: Seen) -> Array:
     """What errors of temperatures do beside a calibration of one level, by usual slopes.
 
     There is one of all readings of the calibration, and one of each run of the record, where
     declared; shape (n, k) [g].
     """
-    runs = dummies(simulated.conditions.run)
-    if fixtures.found.several_levels:
+    runs = dummies(seen.simulated.conditions.run)
+    if seen.fixtures.found.several_levels:
         return np.empty((len(runs), 0))
-    of_calibration, own = _heat(fixtures, declared)
+    of_calibration, own = _heat(seen)
     slopes = BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
-    acting = simulated.by_error[:, [ERRORS.index(name) for name in ("k0", "K1")]] * slopes
+    acting = seen.simulated.by_error[:, [ERRORS.index(name) for name in ("k0", "K1")]] * slopes
     by_run = (acting[:, :, None] * runs[:, None, :]).reshape(len(runs), -1)
     return np.hstack([of_calibration * acting, own * by_run])
 
 
-def _heat(fixtures: Fixtures, declared: Apparatus) -> tuple[float, float]:
-    return heat_of(fixtures.calibration) or 0.0, declared.temperature_uncertainty or 0.0
+def _heat(seen: Seen) -> tuple[float, float]:
+    known = heat_of(seen.fixtures.calibration)
+    return known or 0.0, seen.declared.temperature_uncertainty or 0.0
 
 
-def said_of_usual_slopes(
-    fixtures: Fixtures, simulated: Simulated, declared: Apparatus
-) -> list[str]:
+def said_of_usual_slopes(seen: Seen) -> list[str]:
     """Say that a record is beside the one level of its calibration, or may be."""
-    away, heat = float(np.abs(simulated.conditions.excess).max()), max(_heat(fixtures, declared))
-    if fixtures.found.several_levels or max(away, heat) <= ALIKE:
+    away, heat = float(np.abs(seen.simulated.conditions.excess).max()), max(_heat(seen))
+    if seen.fixtures.found.several_levels or max(away, heat) <= ALIKE:
         return []
     told = (
         f"readings are up to {away:.2g} degC off the calibration, which tells"

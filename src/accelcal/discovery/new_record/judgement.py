@@ -15,12 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.factors import Block, blocks, by_factor, pattern, shares, structure
 from accelcal.discovery.family import chance
-from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.changes import Changed, Uncertain, changes, wider
 from accelcal.discovery.new_record.errors_counted import (
     HEAT,
@@ -32,16 +30,14 @@ from accelcal.discovery.new_record.errors_counted import (
     undetermined,
     untold,
 )
-from accelcal.discovery.new_record.same_clamping import Fixtures, head_difference, is_turned_over
-from accelcal.discovery.new_record.simulated import Simulated
+from accelcal.discovery.new_record.same_clamping import Seen, head_difference, is_turned_over
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, ReadingNoise, acting, covariance
+from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, acting, covariance
 from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
-from accelcal.record import TumbleRecord
 from accelcal.results.agreement import (
     ALPHA,
     HIDING,
@@ -56,21 +52,6 @@ from accelcal.results.quantity import ErrorSource, Quantity
 
 _LEVEL = 0.5 * ALPHA
 """Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
-
-
-class Seen(NamedTuple):
-    """A record beside what its calibration simulates, with all that is uncertain in both."""
-
-    record: TumbleRecord
-    simulated: Simulated
-    noise: ReadingNoise
-    dof: float
-    declared: Apparatus
-    known: dict[str, ErrorSource]
-    errors: CalibrationErrors
-    step: float
-    paused: Array
-    fixtures: Fixtures
 
 
 class Judged(NamedTuple):
@@ -162,9 +143,6 @@ def _judged(seen: Seen, same: bool) -> Judged:
     factor, dof = _head_as_counted(seen)
     known = Uncertain(
         spread=spread,
-        sigma=seen.noise.sigma,
-        dof=seen.dof,
-        errors=seen.errors,
         larger=larger,
         by_head=by_head,
         head_factor=factor,
@@ -173,7 +151,7 @@ def _judged(seen: Seen, same: bool) -> Judged:
         lost=undetermined(seen.fixtures.found),
         columns=_columns(seen),
     )
-    by_factors, found = by_factor(where), list(changes(seen.record, seen.simulated, known))
+    by_factors, found = by_factor(where), list(changes(seen, known))
     return Judged(
         where=by_factors,
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
@@ -250,8 +228,7 @@ def _spread(seen: Seen) -> Covariance:
     """Covariance of all errors but those of the head and of the calibration's coefficients."""
     others = replace(seen.declared, head_uncertainty=None)
     own = covariance(seen.simulated.conditions, seen.noise, others, seen.step)
-    by_heat = by_usual_heat(seen.fixtures, seen.simulated, seen.declared)
-    return own.with_shared(np.hstack([seen.paused, by_heat]))
+    return own.with_shared(np.hstack([seen.paused, by_usual_heat(seen)]))
 
 
 def _space(seen: Seen, spread: Covariance) -> Space:
