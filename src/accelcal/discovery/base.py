@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import dummies
-from accelcal.discovery.spans import scaled
+from accelcal.discovery.columns import dummies, scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations

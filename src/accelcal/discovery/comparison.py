@@ -11,7 +11,7 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
-from accelcal.discovery.columns import saturated
+from accelcal.discovery.columns import orthonormal, saturated
 from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import (
@@ -24,7 +24,6 @@ from accelcal.discovery.noise.of_readings import (
 )
 from accelcal.discovery.noise.pure_error import with_noise_of_runs
 from accelcal.discovery.space import Space, space_of
-from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord
 
 

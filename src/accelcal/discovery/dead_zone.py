@@ -13,19 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import tilt
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import dummies, scaled
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, all_own_columns, replaced
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.solution import unlike
-from accelcal.discovery.spans import scaled
 from accelcal.discovery.unnamed.mistaken import of_position
 from accelcal.discovery.unnamed.slow import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes, squares_left
@@ -37,27 +35,19 @@ from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
 
-class Undecided(NamedTuple):
-    """An effect, what could stand in its place, and the coefficients that are others then."""
-
-    name: str
-    rival: str
-    coefficients: tuple[str, ...]
-
-
 def said_of_rivals(
     comparison: Comparison, found: Sequence[Explanation]
 ) -> Iterator[tuple[str, list[str]]]:
     """Say of which coefficients nothing tells whether a dead zone acts on them, with the effect."""
     best = found[0]
     rivals = {item.effect.id: in_place_of(found, best, item.effect.id) for item in best.instances}
-    for one in undecided(comparison, best.instances, rivals):
-        names = ", ".join(map(symbol_of, one.coefficients))
+    for name, rival, coefficients in undecided(comparison, best.instances, rivals):
         yield (
-            f"{one.name} is not sure: {one.rival} explains these readings as well, with other"
-            f" values of {names}; nothing bounds that, and no U counts it; to tell:"
-            " positions 22.5 deg apart, or fine steps of the head about the two near 0 g",
-            [one.name],
+            f"{name} is not sure: {rival} explains these readings as well, with other"
+            f" values of {', '.join(map(symbol_of, coefficients))}; nothing bounds that, and no U"
+            " counts it; to tell: positions 22.5 deg apart, or fine steps of the head about the"
+            " two near 0 g",
+            [name],
         )
 
 
@@ -70,10 +60,11 @@ def in_place_of(found: Sequence[Explanation], named: Explanation, name: str) -> 
 
 def undecided(
     comparison: Comparison, instances: Sequence[Instance], rivals: Mapping[str, Sequence[str]]
-) -> Iterator[Undecided]:
+) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Find effects with a rival as good, one of the two being a dead zone.
 
-    The rivals are ids of what a discovery found in place of each effect. There are none where no
+    They come with the rival and the coefficients that are others with it. The rivals are ids of
+    what a discovery found in place of each effect. There are none where no
     coefficients hang on it, nor where some readings are silent, as a dead zone is sure then.
     """
     if silent_in(comparison.model.conditions).any():
@@ -87,7 +78,7 @@ def undecided(
             others = replaced(instances, place, Instance(entry, (1.0,), {}))
             apart = unlike(comparison, instances, others)
             if apart and _as_likely(comparison, instances, others, place):
-                yield Undecided(item.effect.id, name, apart)
+                yield item.effect.id, name, apart
 
 
 def _as_likely(
@@ -106,7 +97,7 @@ def left_undecided(
     """Coefficients that hang on whether effects, as a discovery tells them, are a dead zone."""
     rivals = {found.id: found.indistinguishable for found in effects}
     found = undecided(comparison, instances, rivals)
-    return tuple(dict.fromkeys(name for one in found for name in one.coefficients))
+    return tuple(dict.fromkeys(name for *_, coefficients in found for name in coefficients))
 
 
 def in_fit(name: str) -> str:

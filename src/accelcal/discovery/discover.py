@@ -22,12 +22,10 @@ from accelcal.discovery.dead_zone import (
     of_open_width,
     without_bound,
 )
-from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure, of_partners
+from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure
 from accelcal.discovery.doubts.noise_caveats import noise_caveats
 from accelcal.discovery.doubts.otherwise import (
     Alternative,
-    Alternatives,
-    Otherwise,
     alternatives,
     otherwise,
     rivals_of,
@@ -193,8 +191,9 @@ def _discovery(
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
-    told_of = _caveats(look, named, unexplained, loud, also, others)
-    said = [*told_of, *_of_mountings(found, named)]
+    said = [*_in_the_main(look), *caveats(look, unexplained, also, others)]
+    said += noise_caveats(comparison, named.instances if named else (), loud)
+    said += _of_mountings(found, named)
     told = Discovery(
         noise=sources(comparison.noise, comparison.counted, record, free=True),
         before=_as_given(comparison, record, found, question) or steps[0],
@@ -259,23 +258,6 @@ def _named_and_left(
 def _p_value(look: Look, unexplained: Unexplained | None) -> float:
     own = look.findings.before.p_value if look.findings.named else look.findings.chance_without_name
     return min(own, unexplained.p_value if unexplained else 1.0)
-
-
-def _caveats(
-    look: Look,
-    named: Explanation | None,
-    left: Unexplained | None,
-    loud: LoudRun | None,
-    also: Alternatives,
-    others: Sequence[Otherwise],
-) -> Iterator[Caveat]:
-    said = [*_in_the_main(look), *caveats(look, left, also, others)]
-    instances = named.instances if named else ()
-    said += noise_caveats(look.comparison, instances, loud)
-    yield from said
-    if instances:
-        doubted = {name for caveat in said for name in caveat.doubted}
-        yield from of_partners(look.comparison, instances, doubted)
 
 
 def _in_the_main(look: Look) -> Iterator[Caveat]:

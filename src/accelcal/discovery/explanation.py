@@ -8,11 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, left_out_around, own_columns, visible
-from accelcal.discovery.parameters import settled
-from accelcal.discovery.spans import (
+from accelcal.discovery.columns import (
     first_largest,
     length_without,
     lengths,
@@ -20,6 +16,10 @@ from accelcal.discovery.spans import (
     squares_in,
     without,
 )
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
+from accelcal.discovery.instance import Instance, left_out_around, own_columns, visible
+from accelcal.discovery.parameters import settled
 
 _ROUNDS = 3
 

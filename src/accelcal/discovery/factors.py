@@ -11,9 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import cycle, dummies, stroke, worn
+from accelcal.discovery.columns import (
+    cycle,
+    dummies,
+    first_largest,
+    lengths,
+    orthonormal,
+    squares_in,
+    stroke,
+    without,
+    worn,
+)
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.head_angles import head_positions
 from accelcal.results.findings import Share

@@ -15,8 +15,8 @@ import numpy as np
 
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask, Places
+from accelcal.discovery.columns import lengths
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import lengths
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import lengths, scaled
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.solution import Solution, by_reading, solution
-from accelcal.discovery.spans import lengths, scaled
 from accelcal.discovery.untold import (
     Sizes,
     Untold,

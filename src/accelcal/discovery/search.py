@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.discovery.columns import orthonormal, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import silent_first
 from accelcal.discovery.explanation import Explanation, best_instances, best_place, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.untold import scales
 from accelcal.effects.time import APPROACH, USUAL
 

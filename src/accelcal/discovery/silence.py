@@ -81,7 +81,9 @@ def silent_readings(
         if left @ left > max(_LEFT * float(beside.seen @ beside.seen), _NOISE * left.size):
             return None
         width = float(sizes.of_each[place][0])
-    silent = across & (np.abs(_axial(beside, instances)) < width)
+    heard = _heard(beside)  # silent readings too have an acceleration along the true input axis
+    found = solution(beside, instances).parameters[: len(heard.names)]
+    silent = across & (np.abs(heard.conditions.input + tilt(heard, found)) < width)
     # a width that shows where nothing is silent at some levels alone
     return silent if silent.any() and (is_shown or (across & ~silent).any()) else None
 
@@ -90,13 +92,6 @@ def _heard(comparison: Comparison) -> BaseModel:
     """The base model of the record if no reading were silent."""
     model = comparison.model
     return base_model(comparison.record, model.T0, model.delta0, apart=model.apart)
-
-
-def _axial(comparison: Comparison, instances: Sequence[Instance]) -> Array:
-    """Acceleration along the true input axis, silent readings included [g], shape (n,)."""
-    whole = _heard(comparison)
-    found = solution(comparison, instances).parameters[: len(whole.names)]
-    return whole.conditions.input + tilt(whole, found)
 
 
 def silent_by(

@@ -12,11 +12,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, solve
-from accelcal.discovery.columns import cycle
+from accelcal.discovery.columns import cycle, lengths, scaled
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.noise.covariance import whitener_of
-from accelcal.discovery.spans import lengths, scaled
 from accelcal.discovery.untold import Untold, not_shown, slopes, smooth
 from accelcal.numerics.grouping import cells, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile

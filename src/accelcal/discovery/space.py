@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.columns import lengths, orthonormal, without
 from accelcal.discovery.noise.covariance import Whitener
-from accelcal.discovery.spans import lengths, orthonormal, without
 
 VISIBLE = 0.01
 """Part of an effect that the base model must leave for the effect to be looked for."""

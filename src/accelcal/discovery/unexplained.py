@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import saturated
+from accelcal.discovery.columns import orthonormal, saturated, squares_in
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block, pattern, structure
@@ -17,7 +17,6 @@ from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.noise.of_readings import relative_noise
 from accelcal.discovery.noise.pure_error import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
-from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.unnamed.passing import passing
 from accelcal.discovery.unnamed.slow import drift_anew, slow
 from accelcal.effects.effect import Effect

@@ -20,13 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import coefficient_columns
+from accelcal.discovery.columns import coefficient_columns, orthonormal, squares_in
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import unlike
-from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.untold import fitted_sizes, scales
 from accelcal.effects.effect import Effect
 from accelcal.model import symbol_of

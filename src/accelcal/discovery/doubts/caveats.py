@@ -12,11 +12,7 @@ from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import said_of_rivals, said_of_silence
 from accelcal.discovery.doubts.as_well import not_listed, said_of_ends
-from accelcal.discovery.doubts.otherwise import (
-    Alternatives,
-    Otherwise,
-    said_of_laws,
-)
+from accelcal.discovery.doubts.otherwise import Alternatives, Otherwise
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
@@ -49,9 +45,6 @@ _OFTEN = 0.05
 
 _OUTLIERS = 4
 """Readings on either side of a step in its run, fewer of which could as well be outliers."""
-
-_PARTNERS = 0.7
-"""Cosine of two effects from which the size of one rests on the other."""
 
 _CORRELATED = 0.3
 """Correlation of neighbours from which noise with a memory makes steps."""
@@ -99,7 +92,9 @@ def caveats(
     if found:
         yield from map(Caveat, said_of_not_shown(comparison, best))
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
-        yield from map(Caveat, said_of_laws(alternatives))
+        for law in alternatives.laws:  # other places stand beside the own one
+            to_tell = law.effect.to_tell_apart
+            yield Caveat(f"{law.name} explains these readings as well; to tell: {to_tell}")
         yield from (Caveat(other.said) for other in others)
         of_any = list(_of_any_pattern(family, found[0]))
         yield from of_any
@@ -212,26 +207,6 @@ def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) ->
         yield f"neighbouring readings are correlated ({rho:+.2f})"
     if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
         yield "its uncertainty is more than a third of it"
-
-
-def of_partners(
-    comparison: Comparison, instances: Sequence[Instance], doubted: Collection[str]
-) -> Iterator[Caveat]:
-    """Effects whose size rests on a doubted one, as each takes back what the other does."""
-    ids = [item.effect.id for item in instances]
-    cosines = np.abs(comparison.directions(*instances).T @ comparison.directions(*instances))
-    for place, name in enumerate(ids):
-        leant = [
-            other
-            for other, cosine in zip(ids, cosines[place], strict=True)
-            if other in doubted and other != name and cosine > _PARTNERS
-        ]
-        if leant and name not in doubted:
-            yield not_sure(
-                [name],
-                f"its size rests on {listed(leant)}, which acts nearly alike and is not sure; both"
-                " together may stand for something else",
-            )
 
 
 def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

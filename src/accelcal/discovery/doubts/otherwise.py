@@ -184,15 +184,6 @@ def places_of(item: Instance, c: Conditions) -> Iterator[Instance]:
             yield moved
 
 
-def said_of_laws(alternatives: Alternatives) -> Iterator[str]:
-    """Say of which effects the readings do not tell by which law they go.
-
-    At which other places one may be stands beside its own place.
-    """
-    for law in alternatives.laws:
-        yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
-
-
 class Otherwise(NamedTuple):
     """Effects in place of those named, and the coefficients that are others with them."""
 

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import dummies, orthonormal, without
 from accelcal.discovery.noise.pure_error import TELLING, PureError, tilting
-from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.grouping import grouped
@@ -29,14 +28,6 @@ _DRAWS = 1000
 
 _WORTH_DRAWS = 0.05
 """Chance of independent cells beyond which no draws are needed: those of real ones are larger."""
-
-
-class Vibration(NamedTuple):
-    """Noise of variance sigma^2 + vibration^2 a_p^2."""
-
-    vibration: float  # its standard deviation at a_p = 1 g [g]
-    uncertainty: float  # standard uncertainty of that [g]
-    sigma: float  # standard deviation of the noise where the angle does not matter [g]
 
 
 class _Cells(NamedTuple):
@@ -124,8 +115,11 @@ def vibration_over_noise(view: PureError, c: Conditions, mounting: NDArray[np.st
     return max(float(slope), 0.0) / max(float(start), 0.02 * float(medians.max()))
 
 
-def vibration(readings: Array, c: Conditions, mounting: NDArray[np.str_]) -> Vibration:
+def vibration(readings: Array, c: Conditions, mounting: NDArray[np.str_]) -> tuple[float, ...]:
     """Estimate normal noise from vibration by restricted maximum likelihood, without outliers [g].
+
+    Returned are its standard deviation at a_p = 1 g, the standard uncertainty of that, and the
+    standard deviation of the noise where the angle does not matter.
 
     Notes
     -----
@@ -145,7 +139,7 @@ def vibration(readings: Array, c: Conditions, mounting: NDArray[np.str_]) -> Vib
         parts = np.maximum(found, 1e-3 * np.abs(found).max())
     variance = float(np.linalg.inv(0.5 * normal)[1, 1])
     size = float(np.sqrt(parts[1]))
-    return Vibration(size, float(np.sqrt(variance)) / (2.0 * size), float(np.sqrt(parts[0])))
+    return size, float(np.sqrt(variance)) / (2.0 * size), float(np.sqrt(parts[0]))
 
 
 _VISIBLE = 1.5

@@ -7,7 +7,6 @@ residuals of a model, which may lack an effect.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -27,12 +26,12 @@ from accelcal.discovery.faults.wrong_tables import (
     mounted_anew,
     of_run,
     run_of_another_size,
+    told_fault,
     turned_tables,
     wrong_orders,
 )
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, in_units_of, relative_noise
 from accelcal.discovery.noise.pure_error import PureError, moving, pure_error, tilting
-from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.gates.verdict import acceleration, reading_name
 from accelcal.numerics.decimal_steps import decimal_step
@@ -91,8 +90,7 @@ def faults(
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.effects.catalogue import effect
-    >>> wrong = effect("outlier").of(1e-3, reading=17)
+    >>>     >>> wrong = effect("outlier").of(1e-3, reading=17)
     >>> record = accelcal.simulate(effects=[wrong], seed=1)
     >>> found, mended = faults(record, 20.0)
     >>> [fault.id for fault in found], len(record) - len(mended)
@@ -164,7 +162,7 @@ def _of_step(step: VisibleStep, scene: _Scene) -> Fault:
     declared = scene.record.apparatus.resolution
     known = declared is not None and step.step < 1.5 * declared
     said = "as declared" if known else f"declare '# resolution: {step.step:.6g}'"
-    return entry_fault(
+    return told_fault(
         "quantization",
         f"all readings are multiples of {step.step:.6g} {scene.record.unit or 'output units'}"
         f" ({acceleration(size)}), which their noise does not hide; {said}, or read more digits",
@@ -175,27 +173,15 @@ def _of_step(step: VisibleStep, scene: _Scene) -> Fault:
 
 
 def _of_vibration(scene: _Scene, chance: float) -> Fault:
-    found = vibration(scene.readings, scene.c, scene.record.mounting)
-    return entry_fault(
+    shaking, uncertainty, sigma = vibration(scene.readings, scene.c, scene.record.mounting)
+    return told_fault(
         "vibration-noise",
-        f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
-        f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"
+        f"readings scatter by {acceleration(sigma)} where the angle does not matter and"
+        f" by {acceleration(float(np.hypot(sigma, shaking)))} where it matters most,"
         f" {written_p_value(chance)}; nothing is taken out for it; quiet the stand",
-        {"sigma": Quantity(found.vibration, found.uncertainty, "g")},
+        {"sigma": Quantity(shaking, uncertainty, "g")},
         chance,
     )
-
-
-def entry_fault(
-    name: str,
-    finding: str,
-    parameters: Mapping[str, Quantity],
-    chance: float,
-    readings: Sequence[int] = (),
-) -> Fault:
-    """Tell a fault that the catalogue of effects has an entry for, by its id."""
-    p_value = max(chance, SMALLEST)
-    return Fault(name, effect(name).name, finding, parameters, p_value, tuple(readings))
 
 
 def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None) -> float:
@@ -282,7 +268,7 @@ def _outlier(
     record: TumbleRecord, c: Conditions, step: Suspect, size: float, uncertainty: float
 ) -> Fault:
     (reading,), chance = step.readings, step.p_value
-    return entry_fault(
+    return told_fault(
         "outlier",
         f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
         f" uncertainty {acceleration(uncertainty)}, {written_p_value(chance)}): set aside as an"
@@ -301,7 +287,7 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
     first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
     apart = float(c.number[second] - c.number[first])
     other = reading_name(record, second, record.line)
-    return entry_fault(
+    return told_fault(
         "swapped-positions",
         f"{_where(record, first)} and {other} are written at each other's place"
         f" ({written_p_value(chance)}): exchanged back; check the protocol",

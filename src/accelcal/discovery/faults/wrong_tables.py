@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.discovery.columns import dummies
-from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.columns import dummies, orthonormal, without
+from accelcal.effects.catalogue import catalogue
 from accelcal.estimate.launch import same_levels
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.trend import moments
@@ -103,7 +103,7 @@ def _lags_instead(record: TumbleRecord, other: OtherOrder) -> bool:
 
 def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
     dof = float(len(table.record) - len(table.estimability.kept))
-    return order_fault(
+    return told_fault(
         "wrong order of positions" if other.sign > 0.0 else "wrong sign",
         f"{of_run(record, int(places[0]))}{other.said}: the residuals are"
         f" {times(float(np.sqrt(other.better)))} times smaller so, and that is how they are taken;"
@@ -150,7 +150,7 @@ def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fa
         better = float(found.rest @ found.rest) / max(other.squares, SMALLEST)
         left = f_survival(better, found.dof, found.dof)
         chance = min(left, found.chance(max(over, key=lambda name: over[name])))
-        return order_fault(other.name, f"{where}{other.said}; {remedy}", {}, chance, readings)
+        return told_fault(other.name, f"{where}{other.said}; {remedy}", {}, chance, readings)
     is_straight = over["M"] <= abs(k1)
     if k1 > 0.0 and is_straight:
         return None
@@ -164,7 +164,7 @@ def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fa
     what = "K1" if is_straight else "M"
     turned = Quantity(turn, float(np.degrees(found.error(what) / np.hypot(k1, m))), "deg")
     finding = f"{where}{said}; {remedy}"
-    return order_fault(name, finding, {"turn": turned}, found.chance(what), readings)
+    return told_fault(name, finding, {"turn": turned}, found.chance(what), readings)
 
 
 _MOVES = 4.0  # standard uncertainties of a misalignment that moves within a run
@@ -235,7 +235,7 @@ def _remounted(
     record: TumbleRecord, own: _Tilt, reference: _Tilt, turn: float, error: float
 ) -> Fault:
     run, earlier = (record.run_labels[record.run[tilt.readings][0]] for tilt in (own, reference))
-    return order_fault(
+    return told_fault(
         "mounted anew",
         f"run {run}: the misalignment differs by {angle(abs(turn))} from that of run {earlier}"
         " at the same temperature, as of a unit that was mounted anew; the run is taken as turned"
@@ -279,7 +279,7 @@ def run_of_another_size(
     )
     mended = replace(record, output=np.where(readings, record.output / factor, record.output))
     where = np.flatnonzero(readings).tolist()
-    return (order_fault("run of another size", finding, {}, 0.0, where),), mended
+    return (told_fault("run of another size", finding, {}, 0.0, where),), mended
 
 
 def _at_other_positions(record: TumbleRecord, readings: Mask, delta0: float) -> bool:
@@ -333,16 +333,18 @@ def single_table(record: TumbleRecord, readings: Mask, delta0: float) -> SingleT
     return SingleTable(table, told, rest, max(float(rest.size - values.size), 1.0))
 
 
-def order_fault(
+def told_fault(
     name: str,
     finding: str,
     parameters: Mapping[str, Quantity],
     chance: float,
-    readings: Sequence[int],
+    readings: Sequence[int] = (),
 ) -> Fault:
-    """Tell a fault of the order, the sign or the mounting, which is no entry of the catalogue."""
+    """Tell a fault by the id of its entry in the catalogue, or one of the order that has none."""
+    names = {entry.id: entry.name for entry in catalogue()}
+    kind = name if name in names else WRONG_ORDER
     p_value = max(chance, SMALLEST)
-    return Fault(WRONG_ORDER, name, finding, parameters, p_value, tuple(readings))
+    return Fault(kind, names.get(name, name), finding, parameters, p_value, tuple(readings))
 
 
 def of_run(record: TumbleRecord, reading: int) -> str:

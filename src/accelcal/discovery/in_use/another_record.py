@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import all_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import in_fit
 from accelcal.discovery.doubts.otherwise import (
@@ -40,7 +41,6 @@ from accelcal.discovery.instance import (
     replaced,
 )
 from accelcal.discovery.parameters import settled
-from accelcal.discovery.spans import all_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.untimed import by_pauses
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes_of, smooth
 from accelcal.effects.catalogue import catalogue
@@ -64,14 +64,6 @@ class InPlace(NamedTuple):
     instances: tuple[Instance, ...]  # these effects
 
 
-class _Rival(NamedTuple):
-    """Effects with another one in the place of one, and whether use counts that as well."""
-
-    name: str
-    instances: tuple[Instance, ...]
-    in_use: bool
-
-
 def in_place(
     comparison: Comparison,
     fitted: Sequence[Instance],
@@ -86,7 +78,7 @@ def in_place(
     nothing can be counted.
     """
     c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
-    in_use = {rival.name for rival in rivals if rival.in_use}
+    in_use = {name for name, _, is_counted in rivals if is_counted}
     own = alternatives(comparison, fitted)
     for other in otherwise(comparison, fitted, own, [rival[:2] for rival in rivals]):
         sizes = fitted_sizes(comparison, other.instances).of_each
@@ -130,14 +122,15 @@ def _named_in_place(model: Discovery, name: str) -> Iterator[tuple[str, Effect]]
 
 def _rivals(
     comparison: Comparison, fitted: Sequence[Instance], model: Discovery
-) -> Iterator[_Rival]:
+) -> Iterator[tuple[str, tuple[Instance, ...], bool]]:
+    """Effects with another one in the place of one, and whether use counts that as well."""
     record = comparison.record
     is_judged = record.serial == model.serial and of_one_file(record, model)
     for place, item in enumerate(fitted):
         for name, effect in _named_in_place(model, item.effect.id):
             others = _with(comparison, fitted, place, effect)
             if others and (is_judged or not _is_denied(comparison, item, others)):
-                yield _Rival(name, others, is_counted_in_use(item.effect, effect))
+                yield name, others, is_counted_in_use(item.effect, effect)
 
 
 def _is_denied(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:

@@ -9,7 +9,7 @@ cannot show keeps the size that the discovery gave it, or stays in the readings,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
@@ -21,6 +21,7 @@ from accelcal.discovery.as_searched import (
     said_of_temperatures,
     with_temperatures_of_runs,
 )
+from accelcal.discovery.columns import orthonormal, scaled
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone import (
     OPEN,
@@ -54,7 +55,6 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import gaps_along
-from accelcal.discovery.spans import orthonormal, scaled
 from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.catalogue import catalogue
@@ -190,20 +190,15 @@ def _without(
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
         in_place=others,
-        said=(*nothing.said, *said, *_said(comparison, fitted, others, model)),
+        said=(
+            *(*nothing.said, *said, *said_in_place(others, model, fitted)),
+            *said_of_ends(comparison, fitted, catalogue()),
+            *(
+                *said_of_denied(comparison, fitted),
+                *said_of_places(comparison, fitted, model.effects),
+            ),
+        ),
     )
-
-
-def _said(
-    comparison: Comparison,
-    fitted: Sequence[Instance],
-    others: Sequence[InPlace],
-    model: Discovery,
-) -> Iterator[str]:
-    yield from said_in_place(others, model, fitted)
-    yield from said_of_ends(comparison, fitted, catalogue())
-    yield from said_of_denied(comparison, fitted)
-    yield from said_of_places(comparison, fitted, model.effects)
 
 
 def _with_sizes(

@@ -16,7 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import head_columns, saturated
+from accelcal.discovery.columns import (
+    head_columns,
+    lengths,
+    orthonormal,
+    saturated,
+    squares_in,
+    without,
+)
 from accelcal.discovery.factors import Block, blocks, by_factor, pattern, shares, structure
 from accelcal.discovery.family import chance
 from accelcal.discovery.new_record.changes import Changed, Uncertain, changes, wider
@@ -34,7 +41,6 @@ from accelcal.discovery.new_record.same_clamping import Seen, head_difference, i
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, acting, covariance
 from accelcal.discovery.space import Space, space_of
-from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile

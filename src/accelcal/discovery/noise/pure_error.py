@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask, Places
-from accelcal.discovery.columns import cycle, dummies, saturated
+from accelcal.discovery.columns import cycle, dummies, orthonormal, saturated, without
 from accelcal.discovery.noise.of_readings import in_units_of
-from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.estimate.uneven_noise import differ
 from accelcal.head_angles import head_positions

@@ -14,11 +14,11 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
+from accelcal.discovery.columns import lengths, orthonormal, scaled, without
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Candidates, columns_of, instances_of
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, ReadingNoise
-from accelcal.discovery.spans import lengths, orthonormal, scaled, without
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.numerics.probability import f_quantile

@@ -173,8 +173,8 @@ def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
 def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
     """Add the readings of a later test of the same accelerometer on the same stand.
 
-    What is declared is that of the first. Runs of the second have labels of their own, and its
-    clock starts one pause between runs after the first one.
+    What is declared is that of the first. The runs are numbered, and the clock of the second
+    starts one pause between runs after the first one.
     """
     numbered = first.positions == second.positions
     both: dict[str, Any] = {
@@ -185,7 +185,7 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
         first,
         **both,
         run=np.concatenate([first.run, second.run + len(first.run_labels)]),
-        run_labels=_labels(first, second),
+        run_labels=tuple(map(str, range(1, 1 + len(first.run_labels + second.run_labels)))),
         position=np.concatenate([first.position, second.position * numbered]),
         time=_appended(first.time, _clock(first, second)),
         line=None,
@@ -194,16 +194,6 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
 
 def _appended(one: NDArray[Any] | None, other: NDArray[Any] | None) -> NDArray[Any] | None:
     return None if one is None or other is None else np.asarray(np.concatenate([one, other]))
-
-
-def _labels(first: TumbleRecord, second: TumbleRecord) -> tuple[str, ...]:
-    labels = list(first.run_labels)
-    for label in second.run_labels:
-        number = len(labels) + 1
-        while label in labels:
-            label, number = str(number), number + 1
-        labels.append(label)
-    return tuple(labels)
 
 
 def _clock(first: TumbleRecord, second: TumbleRecord) -> Array | None:

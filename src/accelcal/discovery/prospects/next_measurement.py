@@ -21,13 +21,12 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
-from accelcal.discovery.columns import head_columns
+from accelcal.discovery.columns import head_columns, lengths, orthonormal, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, amplitude_columns, column_of, columns_of
 from accelcal.discovery.noise.covariance import Whitener, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
-from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.untold import scales, smooth
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.record import TumbleRecord

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
-from accelcal.arrays import Mask
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.dead_zone import (
@@ -193,20 +192,11 @@ def _units(stand: _Stand, shared: tuple[Instance, ...], own: dict[int, Own]) -> 
         alone = own[number].instances if number in own else ()
         bare = record.with_apparatus(head_uncertainty=None)
         question = stand.question
-        silent = _silent(bare, question, (*shared, *alone))
-        comparison = compared(
-            bare, question.reference, question.delta0, (*shared, *alone), silent=silent
-        )
-        found.append(Unit.of(comparison, alone))
+        asked, known = (bare, question.reference, question.delta0), (*shared, *alone)
+        zones = [item for item in known if item.effect.id == DEAD_ZONE]
+        silent = silent_readings(*asked, zones[:1]) if zones else None
+        found.append(Unit.of(compared(*asked, known, silent=silent), alone))
     return found
-
-
-def _silent(record: TumbleRecord, question: Question, known: Sequence[Instance]) -> Mask | None:
-    """Readings that a dead zone among known effects silences, as `accelcal.discover` finds them."""
-    zones = [item for item in known if item.effect.id == DEAD_ZONE]
-    if not zones:
-        return None
-    return silent_readings(record, question.reference, question.delta0, zones[:1])
 
 
 def _shared(units: Sequence[Unit], common: Discovery, alpha: float) -> tuple[Instance, ...]:

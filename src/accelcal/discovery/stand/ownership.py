@@ -12,12 +12,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import scaled
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.instance import Instance, column_of, instance_of
 from accelcal.discovery.search import search
-from accelcal.discovery.spans import scaled
 from accelcal.discovery.stand.units import (
     Unit,
     amplitudes,
@@ -105,12 +105,8 @@ def common_effects(
     found = instances_in(common)
     for item, told in zip(found, common.effects, strict=True):
         effect = _effect(units, item, found, names, alpha)
-        yield replace(
-            effect,
-            parameters={} if effect.verdict == "unit" else told.parameters,
-            p_value=told.p_value,
-            indistinguishable=told.indistinguishable,
-        )
+        effect = replace(effect, p_value=told.p_value, indistinguishable=told.indistinguishable)
+        yield effect if effect.verdict == "unit" else replace(effect, parameters=told.parameters)
 
 
 def own_effects(

@@ -21,12 +21,11 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.columns import head_columns
+from accelcal.discovery.columns import head_columns, orthonormal, without
 from accelcal.discovery.comparison import Comparison, with_errors
 from accelcal.discovery.instance import Instance, column_of, columns_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import Solution, changes, solution
-from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
 from accelcal.numerics.covariance import covariance_root, posterior

@@ -16,11 +16,17 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import (
+    dummies,
+    first_largest,
+    lengths,
+    orthonormal,
+    squares_in,
+    without,
+)
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import BENT, CONTRADICTION, Explanation, chance_beside
 from accelcal.discovery.family import NEW, Family, agrees
-from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind
 from accelcal.discovery.unnamed.passing import once, oscillations
 from accelcal.plural import listed

@@ -14,11 +14,18 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies, saturated
+from accelcal.discovery.columns import (
+    SMALL_UNITS,
+    coefficient_columns,
+    dummies,
+    first_largest,
+    orthonormal,
+    saturated,
+    squares_in,
+)
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import structure
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.spans import first_largest, orthonormal, squares_in
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped

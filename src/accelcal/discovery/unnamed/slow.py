@@ -22,12 +22,19 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies, repeated
+from accelcal.discovery.columns import (
+    SMALL_UNITS,
+    coefficient_columns,
+    dummies,
+    orthonormal,
+    repeated,
+    squares_in,
+    without,
+)
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, chance_beside
 from accelcal.discovery.family import Family, agrees
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.spans import orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.sorting import distinct
