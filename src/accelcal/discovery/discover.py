@@ -49,7 +49,6 @@ from accelcal.errors import InputError
 from accelcal.estimate.same_head import HEAD, STAND, name_in
 from accelcal.logs import tell
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -184,15 +183,13 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named, unexplained, loud = _named_and_left(look, question)
-    bare = solution(comparison)
-    within = solution(comparison, named.instances) if named else bare
-    both = zip(named.instances, named.p_values, strict=True) if named else ()
-    strongest = sorted(both, key=lambda item: item[1])
+    instances, p_values = (named.instances, named.p_values) if named else ((), ())
+    within = solution(comparison, instances)
+    strongest = sorted(zip(instances, p_values, strict=True), key=lambda item: item[1])
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
-    said = [*_in_the_main(look), *caveats(look, unexplained, also, others)]
-    said += noise_caveats(comparison, named.instances if named else (), loud)
+    said = [*caveats(look, unexplained, also, others), *noise_caveats(comparison, instances, loud)]
     said += _of_mountings(found, named)
     told = Discovery(
         noise=sources(comparison.noise, comparison.counted, record, free=True),
@@ -204,7 +201,7 @@ def _discovery(
         undetectable=undetectable(comparison, family.candidates),
         smallest_detectable=smallest_detectable(family, question.alpha),
         faults=tuple(found),
-        coefficients=changes(comparison, bare, within),
+        coefficients=changes(comparison, solution(comparison), within),
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
@@ -258,19 +255,6 @@ def _named_and_left(
 def _p_value(look: Look, unexplained: Unexplained | None) -> float:
     own = look.findings.before.p_value if look.findings.named else look.findings.chance_without_name
     return min(own, unexplained.p_value if unexplained else 1.0)
-
-
-def _in_the_main(look: Look) -> Iterator[Caveat]:
-    """Say how much effects explain that do not explain all."""
-    main, seen = look.findings.main, look.comparison.seen
-    if main is not None:
-        names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
-        yield Caveat(
-            f"of the disagreement {min(share, 99.9):.1f} % is that of {listed(names)}; the"
-            " rest is more than noise, of something else or of these beyond their laws for small"
-            " sizes, and U does not count it",
-            names,
-        )
 
 
 def _of_mountings(found: Sequence[Fault], named: Explanation | None) -> Iterator[Caveat]:

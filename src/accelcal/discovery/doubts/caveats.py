@@ -86,6 +86,7 @@ def caveats(
     coefficients are others too.
     """
     comparison, family, found = look.comparison, look.family, look.findings.named
+    yield from _in_the_main(look)
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
@@ -112,6 +113,19 @@ def caveats(
         yield from _wandering(look.walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best, left)
+
+
+def _in_the_main(look: Look) -> Iterator[Caveat]:
+    """Say how much effects explain that do not explain all."""
+    main, seen = look.findings.main, look.comparison.seen
+    if main is not None:
+        names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
+        yield Caveat(
+            f"of the disagreement {min(share, 99.9):.1f} % is that of {listed(names)}; the"
+            " rest is more than noise, of something else or of these beyond their laws for small"
+            " sizes, and U does not count it",
+            names,
+        )
 
 
 def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:

@@ -21,6 +21,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import all_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import in_fit
+from accelcal.discovery.doubts.as_well import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     alternatives,
     name_of,
@@ -90,16 +91,22 @@ def in_place(
             yield InPlace(other.said, adds, other.name in in_use, other.instances)
 
 
-def said_in_place(
-    others: Sequence[InPlace], model: Discovery, fitted: Sequence[Instance]
+def said_of_effects(
+    comparison: Comparison,
+    others: Sequence[InPlace],
+    model: Discovery,
+    fitted: Sequence[Instance],
 ) -> Iterator[str]:
-    """Tell the coefficients for what else the effects may be, and what the search was not for."""
+    """Tell what else the effects may be, what was not searched for, and what the readings deny."""
     if others:
         told = "; ".join(other.said for other in others)
         yield f"U counts what else the effects may be; {told}"
     if left := "; ".join(_not_judged(model, fitted)):
         possible = "what else the discovery found possible; by its own readings,"
         yield f"{NOT_COUNTED} {possible} {left}"
+    yield from said_of_ends(comparison, fitted, catalogue())
+    yield from _said_of_denied(comparison, fitted)
+    yield from _said_of_places(comparison, fitted, model.effects)
 
 
 def _not_judged(model: Discovery, fitted: Sequence[Instance]) -> list[str]:
@@ -210,7 +217,7 @@ def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -
     return found if beyond > 0.0 else None
 
 
-def said_of_places(
+def _said_of_places(
     comparison: Comparison, fitted: Sequence[Instance], effects: Sequence[FoundEffect]
 ) -> Iterator[str]:
     """Say which effects the readings show at other places than those of the discovery."""
@@ -230,7 +237,7 @@ def said_of_places(
             )
 
 
-def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
+def _said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
     """Say which nonlinear parameters the readings deny wherever they are."""
     for place, p in _denied(comparison, fitted):
         item = fitted[place]

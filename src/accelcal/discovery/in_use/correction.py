@@ -32,15 +32,12 @@ from accelcal.discovery.dead_zone import (
     may_be_wider,
     of_open_width,
 )
-from accelcal.discovery.doubts.as_well import said_of_ends
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.in_use.another_record import (
     InPlace,
     in_own_shape,
     in_place,
-    said_in_place,
-    said_of_denied,
-    said_of_places,
+    said_of_effects,
 )
 from accelcal.discovery.in_use.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.instance import (
@@ -57,7 +54,6 @@ from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import gaps_along
 from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
-from accelcal.effects.catalogue import catalogue
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance import covariance_root
 from accelcal.record import TumbleRecord
@@ -190,14 +186,7 @@ def _without(
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
         in_place=others,
-        said=(
-            *(*nothing.said, *said, *said_in_place(others, model, fitted)),
-            *said_of_ends(comparison, fitted, catalogue()),
-            *(
-                *said_of_denied(comparison, fitted),
-                *said_of_places(comparison, fitted, model.effects),
-            ),
-        ),
+        said=(*nothing.said, *said, *said_of_effects(comparison, others, model, fitted)),
     )
 
 
