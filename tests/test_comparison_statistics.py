@@ -17,8 +17,7 @@ from accelcal.discovery.new_record.calibration_errors import calibration_errors
 from accelcal.discovery.new_record.judgement import Estimated, chances
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import simulated_readings
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.space import space_of
+from accelcal.discovery.space import Covariance, space_of, whitener_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 SHORT = TumblePlan(strokes=1, temperatures=(20.0,))

@@ -6,7 +6,7 @@
    the record.
 2. `comparison` fits the model that is taken for granted (`base`) and whitens what it leaves by the
    covariance of the `noise` of the replicates and the declared errors.
-3. `instance` turns the effects of the catalogue into directions in that `space`.
+3. `instance` turns the effects of the catalogue into directions in that `space`, all of `columns`.
 4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
    finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
 5. `parameters` tells their sizes, `solution` what they change in the coefficients, and how well the

@@ -13,7 +13,6 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import orthonormal, saturated
 from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import (
     FEWEST_REPLICATES,
     ReadingNoise,
@@ -23,7 +22,7 @@ from accelcal.discovery.noise.of_readings import (
     relative_noise,
 )
 from accelcal.discovery.noise.pure_error import with_noise_of_runs
-from accelcal.discovery.space import Space, space_of
+from accelcal.discovery.space import Covariance, Space, space_of, whitener_of
 from accelcal.record import TumbleRecord
 
 

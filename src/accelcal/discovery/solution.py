@@ -15,7 +15,7 @@ from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.columns import cycle, lengths, scaled
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.noise.covariance import whitener_of
+from accelcal.discovery.space import whitener_of
 from accelcal.discovery.untold import Untold, not_shown, slopes, smooth
 from accelcal.numerics.grouping import cells, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile

@@ -21,7 +21,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.new_record.calibration_errors import places_of
 from accelcal.discovery.new_record.same_clamping import Seen
-from accelcal.discovery.noise.covariance import Covariance, Whitener, whitener_of
+from accelcal.discovery.space import Covariance, Whitener, whitener_of
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import told_apart
 from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_UNITS

@@ -38,9 +38,8 @@ from accelcal.discovery.new_record.errors_counted import (
     untold,
 )
 from accelcal.discovery.new_record.same_clamping import Seen, head_difference, is_turned_over
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, acting, covariance
-from accelcal.discovery.space import Space, space_of
+from accelcal.discovery.space import Covariance, Space, space_of, whitener_of
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile

@@ -49,7 +49,9 @@ def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | N
     known_head = not _is_told_with_the_head(calibration)
     pairs = zip(calibration.reading_noises, calibration.tables, strict=False)
     sources = [
-        noise if known_head and _is_sure(noise) else _of_residuals(noise, table)
+        noise
+        if known_head and (noise.dof is None or noise.dof >= FEW)
+        else _of_residuals(noise, table)
         for noise, table in pairs
     ]
     found = [s for s in sources if s.value]
@@ -63,10 +65,6 @@ def _is_told_with_the_head(calibration: Calibration) -> bool:
     """Whether residuals told noise and head error at once."""
     by = {(source.name, source.source) for source in calibration.error_sources}
     return {("reading", "residuals"), ("head", "estimated")} <= by
-
-
-def _is_sure(noise: ErrorSource) -> bool:
-    return noise.dof is None or noise.dof >= FEW
 
 
 def _of_residuals(noise: ErrorSource, table: TableCalibration) -> ErrorSource:

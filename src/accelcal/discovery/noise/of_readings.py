@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import cycle_of, dummies, head_columns, orthonormal, without
-from accelcal.discovery.noise.covariance import Covariance
+from accelcal.discovery.space import Covariance
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.estimate.declared_scatter import declared_scatter

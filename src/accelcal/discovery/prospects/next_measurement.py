@@ -24,9 +24,9 @@ from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.columns import head_columns, lengths, orthonormal, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, amplitude_columns, column_of, columns_of
-from accelcal.discovery.noise.covariance import Whitener, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
+from accelcal.discovery.space import Whitener, whitener_of
 from accelcal.discovery.untold import scales, smooth
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.record import TumbleRecord
@@ -190,7 +190,9 @@ def _outlook(record: TumbleRecord, block: Block, noise: ReadingNoise, own: BaseM
     return Outlook(
         block=block,
         readings=len(whole) - n,
-        hours=_hours(whole, n),
+        hours=None
+        if whole.time is None
+        else float(whole.time[n:].max() - whole.time[:n].max()) / HOUR,
         conditions=c,
         whiteners=(whitener_of(spread.among(old)), whitener_of(spread.among(~old))),
         taken=np.hstack([model.jacobian(solve(model)), head]),
@@ -203,12 +205,6 @@ def _head(c: Conditions, declared: Apparatus) -> Array:
     if not declared.head_uncertainty:
         return np.empty((c.angle.size, 0))
     return np.asarray(declared.head_uncertainty * head_columns(c))
-
-
-def _hours(whole: TumbleRecord, before: int) -> float | None:
-    if whole.time is None:
-        return None
-    return float(whole.time[before:].max() - whole.time[:before].max()) / HOUR
 
 
 def _foreseen(

@@ -19,6 +19,7 @@ from accelcal.discovery.dead_zone import (
     without_bound,
 )
 from accelcal.discovery.discover import answered, check_search
+from accelcal.discovery.family import judge
 from accelcal.discovery.instance import Instance, searched_among
 from accelcal.discovery.look import Question
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings
@@ -27,6 +28,7 @@ from accelcal.discovery.stand.ownership import (
     Looker,
     Own,
     common_effects,
+    explained,
     head_of,
     instances_in,
     one_value,
@@ -213,17 +215,18 @@ def _own(
     """Effects of the units that had some already, and of the clearest one that is new."""
     level = stand.alpha_of_a_unit
     looks = [looker(state.units, number, shared) for number in range(len(state.units))]
-    new = [n for n, look in enumerate(looks) if n not in state.own and look.p_value < level]
-    new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].family.comparison.seen ** 2))))
+    chance = [judge(look).p_value for look in looks]
+    new = [n for n, p_value in enumerate(chance) if n not in state.own and p_value < level]
+    new.sort(key=lambda n: (chance[n], -float(np.sum(looks[n].comparison.seen ** 2))))
     found = {}
     for number in [*state.own, *new[:1]]:
-        explanations, complete = looks[number].explained(level, stand.question.most)
+        explanations, complete = explained(looks[number], level, stand.question.most)
         if not explanations:
             found[number] = Own((), (), (), complete)
             continue
         best = explanations[0]
         others = tuple(in_place_of(explanations, best, item.effect.id) for item in best.instances)
-        silence = tuple(said_of_silence(looks[number].family.comparison, best))
+        silence = tuple(said_of_silence(looks[number].comparison, best))
         found[number] = Own(best.instances, others, best.p_values, complete, silence)
     return found
 
@@ -281,7 +284,7 @@ def _hinging_on_one_head(stand: _Stand, state: _State) -> tuple[int, ...]:
         return ()
     looker = Looker(stand.question.effects, stand.head, stand.question.seed, one_head=False)
     looks = {n: looker(state.units, n, state.shared) for n in sorted(state.own)}
-    return tuple(n for n, look in looks.items() if look.p_value >= stand.alpha_of_a_unit)
+    return tuple(n for n, look in looks.items() if judge(look).p_value >= stand.alpha_of_a_unit)
 
 
 def _doubtful(state: _State, hinging: Sequence[int]) -> tuple[str, ...]:

@@ -13,9 +13,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.columns import scaled
-from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.family import Family, family_of, judge, with_rates
+from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.instance import Instance, column_of, instance_of
 from accelcal.discovery.search import search
 from accelcal.discovery.stand.units import (
@@ -36,17 +35,11 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandEffect
 
 
-class OwnLook(NamedTuple):
-    """A unit beside the others."""
-
-    family: Family  # what is tested, on its readings without what the others tell of the stand
-    p_value: float  # chance that noise alone disagrees as much
-
-    def explained(self, alpha: float, most: int) -> tuple[tuple[Explanation, ...], bool]:
-        """Effects that explain the unit, best first, and whether they explain it fully."""
-        found = search(self.family, alpha=alpha, most=most)
-        near = () if found.nearest is None else (found.nearest,)
-        return found.explanations or near, bool(found.explanations) or found.before.p_value >= alpha
+def explained(family: Family, alpha: float, most: int) -> tuple[tuple[Explanation, ...], bool]:
+    """Effects that explain a unit beside the others, best first, and whether they do so fully."""
+    found = search(family, alpha=alpha, most=most)
+    near = () if found.nearest is None else (found.nearest,)
+    return found.explanations or near, bool(found.explanations) or found.before.p_value >= alpha
 
 
 class Looker:
@@ -63,20 +56,16 @@ class Looker:
         self._one_head = one_head or not head
         self._families: dict[Hashable, Family] = {}
 
-    def __call__(self, units: Sequence[Unit], number: int, shared: Sequence[Instance]) -> OwnLook:
-        """Look at one unit."""
+    def __call__(self, units: Sequence[Unit], number: int, shared: Sequence[Instance]) -> Family:
+        """What is tested of a unit, on its readings without what the others tell of the stand."""
         unit = units[number]
         others = [*units[:number], *units[number + 1 :]] if len(units) >= FEWEST else []
         columns = shared_columns(unit, shared, self._head)
         told = known(others, shared, self._head, columns.shape[1])
         if not self._one_head:
             told = of_another_head(told, unit.head.shape[1], self._head)
-        family = self._family(beside_the_others(unit, columns, told))
-        return OwnLook(family, judge(family).p_value)
-
-    def _family(self, comparison: Comparison) -> Family:
-        """False-alarm rates hardly differ from unit to unit; the rest is that of the unit."""
-        family = family_of(comparison, self._effects)
+        # false-alarm rates hardly differ from unit to unit; the rest is that of the unit
+        family = family_of(beside_the_others(unit, columns, told), self._effects)
         if family.null not in self._families:
             self._families[family.null] = with_rates(family, self._seed)
         return family.with_rates_of(self._families[family.null])

@@ -21,7 +21,7 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.columns import head_columns, orthonormal, without
+from accelcal.discovery.columns import head_columns, without
 from accelcal.discovery.comparison import Comparison, with_errors
 from accelcal.discovery.instance import Instance, column_of, columns_of
 from accelcal.discovery.silence import silent_in
@@ -199,13 +199,6 @@ def shared_columns(unit: Unit, shared: Sequence[Instance], head: float) -> Array
     return np.hstack([columns, unit.head]) if head else columns
 
 
-def _own_part(unit: Unit) -> Array:
-    """Orthonormal basis of the effects that a unit has alone, in its space."""
-    c, space = unit.comparison.model.conditions, unit.comparison.space
-    columns = [space.see(column_of(item, c))[:, None] for item in amplitudes(unit.own)]
-    return orthonormal(np.hstack([space.nothing(), *columns]))
-
-
 def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: int) -> Knowledge:
     """Estimate the shared part from some units and the declared uncertainty of the head [rad].
 
@@ -219,7 +212,8 @@ def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: 
     information, pull = np.diag(declared), np.zeros(size)
     for unit in units:
         columns = shared_columns(unit, shared, head)
-        shown = without(unit.comparison.space.see(columns), _own_part(unit))
+        own = unit.comparison.span(amplitudes(unit.own))
+        shown = without(unit.comparison.space.see(columns), own)
         information = information + shown.T @ shown
         pull = pull + shown.T @ unit.comparison.seen
     return Knowledge(*posterior(information, pull, _LEAST))

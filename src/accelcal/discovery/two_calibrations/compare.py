@@ -89,10 +89,9 @@ def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> Joi
     return JointTest(float(seen @ seen), p, min(chance, 1.0))
 
 
-def joint_test_if_known(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
-    """Test as `joint_test`, were errors known to have the sizes that they count with for U."""
-    counted = covariance(lambda dof: student_quantile(LEVEL, dof) / NORMAL_FACTOR)
-    return joint_test(differences, lambda _: counted)
+def _as_counted(dof: float) -> float:
+    """Size of an error over its estimate with which it counts for U."""
+    return student_quantile(LEVEL, dof) / NORMAL_FACTOR
 
 
 def _whitener(covariance: Array) -> Array:
@@ -270,17 +269,20 @@ def _joint(
     pair: _Pair,
     temperature: float | None,
     heads: Sequence[bool],
-    *,
-    test: Callable[[Array, Callable[[Factor], Array]], JointTest] = joint_test,
+    known: Factor | None = None,
 ) -> JointTest:
-    """Test all differences at once, by the larger chance of one head and of two if both `heads`."""
+    """Test all differences at once, by the larger chance of one head and of two if both `heads`.
+
+    Errors may be `known` to have other sizes than their estimates.
+    """
     by_errors = pair.by_errors
 
     def covariance(same_head: bool, factor: Factor) -> Array:
-        errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=factor)
+        own = known or factor
+        errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=own)
         return np.asarray(by_errors @ errors.covariance @ by_errors.T)
 
-    tests = [test(pair.differences, partial(covariance, head)) for head in heads]
+    tests = [joint_test(pair.differences, partial(covariance, head)) for head in heads]
     return max(tests, key=lambda test: test.p_value)
 
 
@@ -305,7 +307,7 @@ def _explained_by(
         explains = least_of([free.p_value, *chances]) >= ALPHA
     else:
         names = [too_little_told(own) for own in both]
-        known = _joint(pair, temperature, heads, test=joint_test_if_known)
+        known = _joint(pair, temperature, heads, _as_counted)
         if_known = (chance_if_known(size.difference) for size in sizes)
         explains = least_of([known.p_value, *if_known]) < ALPHA
     return tuple(dict.fromkeys(chain(*names))) if explains else ()
@@ -325,13 +327,8 @@ def _indicated(
     units = ["g"] * a_i.size
     found = _widest(_quantities(values, by_errors, own, units) for own in whole)
     length = max(path_length(by_errors @ own.covariance @ by_errors.T) for own in whole)
-    return [
-        IndicatedChange(a, own, _half_width(own, length))
-        for a, own in zip(a_i.tolist(), found, strict=True)
+    factors = [simultaneous_quantile(LEVEL, own.dof or np.inf, length) for own in found]
+    return [  # with the half width of the band that holds everywhere
+        IndicatedChange(a, own, factor * (own.standard_uncertainty or 0.0))
+        for a, own, factor in zip(a_i.tolist(), found, factors, strict=True)
     ]
-
-
-def _half_width(own: Quantity, length: float) -> float:
-    """Half width at one point of the band that holds everywhere on a path."""
-    factor = simultaneous_quantile(LEVEL, own.dof or np.inf, length)
-    return factor * (own.standard_uncertainty or 0.0)

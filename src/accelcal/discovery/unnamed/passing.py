@@ -88,7 +88,11 @@ def passing(
     see, white, alike = trial.likeliest(best)
 
     def explained(which: int) -> tuple[float, str]:
-        told, columns = _described(kinds[best][0], which, see, white)
+        kind = kinds[best][0]
+        place, variance = divmod(which, len(kind.variances))
+        columns = kind.columns(place)
+        sizes = np.linalg.lstsq(see @ columns, white)[0]
+        told = kind.told(place, kind.variances[variance], columns @ sizes)
         seen = orthonormal(comparison.space.see(columns))
         return squares_in(seen, comparison.seen) / float((comparison.seen**2).sum()), told
 
@@ -104,14 +108,6 @@ def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> 
     saturation = saturated(c, comparison.record.mounting)
     jacobian = comparison.model.jacobian(comparison.parameters)
     return np.hstack([saturation, jacobian, columns_of(instances, c)])
-
-
-def _described(kind: Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
-    """Words for a disturbance of a kind, in the size that suits an error, and its columns."""
-    place, variance = divmod(which, len(kind.variances))
-    columns = kind.columns(place)
-    sizes = np.linalg.lstsq(see @ columns, white)[0]
-    return kind.told(place, kind.variances[variance], columns @ sizes), columns
 
 
 # -- kinds of disturbances -------------------------------------------------------------------------

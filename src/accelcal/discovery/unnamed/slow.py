@@ -176,9 +176,11 @@ def slow(
     There is none where noise with a memory of half often looks like it, at a false-alarm rate
     alpha, or where there are more than 600 degrees of freedom.
     """
-    taken = _taken(comparison, instances)
-    if taken is None:
+    c, jacobian = comparison.model.conditions, comparison.model.jacobian(comparison.parameters)
+    repeats = repeated(c, comparison.record.mounting)
+    if comparison.space.size - repeats.shape[1] > MOST:
         return None
+    taken = np.hstack([repeats, jacobian, columns_of(instances, c)])
     kinds = _kinds(comparison)
     trial = tried(comparison, taken, list(kinds.values()), _MEMORY, _SHARE, seed)
     best = trial.best(alpha)
@@ -192,21 +194,11 @@ def slow(
     change = columns @ np.linalg.solve(normal, acting.T @ white)
     lost = comparison.seen - comparison.space.see(change)
     share = 1.0 - float(lost @ lost) / float(comparison.seen @ comparison.seen)
-    c = comparison.model.conditions
     acts = c.gain * coefficient_columns(c)[what]
     rms = float(np.sqrt((change @ change) / (acts @ acts)))
     size = size_in_a_run(what, rms)
     told = f"something slow: most like a {what} that wanders, as a random walk, by {size}"
     return Unexplained(told, min(max(share, 0.0), 1.0), float(trial.p_values[best]))
-
-
-def _taken(comparison: Comparison, instances: Sequence[Instance]) -> Array | None:
-    """Columns of what is the same in all strokes, and of some effects; None beside too many."""
-    c, model = comparison.model.conditions, comparison.model
-    repeats = repeated(c, comparison.record.mounting)
-    if comparison.space.size - repeats.shape[1] > MOST:
-        return None
-    return np.hstack([repeats, model.jacobian(comparison.parameters), columns_of(instances, c)])
 
 
 def _kinds(comparison: Comparison) -> dict[str, tuple[Kind, float]]:
