@@ -15,8 +15,7 @@ from accelcal.compensate.choice import compensation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
 from accelcal.discovery.new_record.judgement import Estimated, chances
-from accelcal.discovery.new_record.repeatability import known_noise
-from accelcal.discovery.new_record.simulated import simulated_readings
+from accelcal.discovery.new_record.simulated import known_noise, simulated_readings
 from accelcal.discovery.space import Covariance, space_of, whitener_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 

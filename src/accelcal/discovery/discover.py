@@ -23,7 +23,6 @@ from accelcal.discovery.dead_zone import (
     without_bound,
 )
 from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure
-from accelcal.discovery.doubts.noise_caveats import noise_caveats
 from accelcal.discovery.doubts.otherwise import (
     Alternative,
     alternatives,
@@ -43,7 +42,12 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import outlooks, proposals
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, gap_of, gaps_along, solution
-from accelcal.discovery.unexplained import empirical_explanation, loudest, what_is_left
+from accelcal.discovery.unexplained import (
+    empirical_explanation,
+    loudest,
+    noise_caveats,
+    what_is_left,
+)
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.same_head import HEAD, STAND, name_in

@@ -9,6 +9,7 @@ of its slope there is that between the two lines, and they meet at the break.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -157,23 +158,18 @@ class _Tied(NamedTuple):
         return np.asarray(self.weights @ by_reading(self.comparison, self.fit))
 
     @classmethod
-    def of(cls, comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Tied:
-        """Fit the model, and take the two from its parameters."""
+    def of(
+        cls, comparison: Comparison, instances: Sequence[Instance], one: Untold, value: float
+    ) -> _Tied:
+        """Fit the model with a value of the parameter, and take the two from its parameters."""
         item = instances[one.place]
-        fit = solution(comparison, instances)
+        fit = solution(comparison, one.at(instances, value))
         names = list(fit.model.names)
         weights = np.zeros((2, len(names)))
         weights[:, names.index(item.effect.id)] = item.mixture[0]
         for name, weight in item.effect.tie.items():
             weights[1, names.index(name)] -= weight
         return cls(comparison, fit, weights)
-
-
-def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
-    """Find the nonlinear parameters that nothing but coefficients of the model tell."""
-    if not any(item.effect.tie for item in instances):
-        return []
-    return [one for one in not_shown(comparison, instances) if one.tied]
 
 
 def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Instance]:
@@ -183,28 +179,25 @@ def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Insta
     which the effects explain the readings as well.
     """
     found = list(instances)
-    for one in tied(comparison, instances):
-        found[one.place] = _settled(comparison, found, one)
+    has_ties = any(item.effect.tie for item in instances)
+    for one in not_shown(comparison, instances) if has_ties else ():
+        if one.tied:
+            found[one.place] = _settled(comparison, found, one)
     return found
 
 
 def said_of_not_shown(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
     """Say which parameters follow from coefficients, and which nothing tells."""
     for one in not_shown(comparison, instances):
-        if one.tied:
-            yield _said_of_tied(comparison, instances, one)
-        else:
+        if not one.tied:
             yield said_of_untold(instances, one)
-
-
-def _said_of_tied(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> str:
-    effect = instances[one.place].effect
-    names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
-    how = _estimate(comparison, instances, one).how
-    return (
-        f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
-        f" {effect.to_tell_apart}"
-    )
+            continue
+        effect, how = instances[one.place].effect, _estimate(comparison, instances, one).how
+        names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
+        yield (
+            f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
+            f" {effect.to_tell_apart}"
+        )
 
 
 def quantities(
@@ -246,10 +239,7 @@ def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold
     -de / (de/ds), and the amplitude a by da - (da/ds) de / (de/ds). The tie tells no s where it
     holds as well much farther off than that: beyond the last level but one any break does.
     """
-
-    def at(value: float) -> _Tied:
-        return _Tied.of(comparison, one.at(instances, value), one)
-
+    at = partial(_Tied.of, comparison, instances, one)
     tie = at(one.value)
     amplitude = float(tie.values[0])
     if not tie.holds:
@@ -270,19 +260,14 @@ def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold
 def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> Instance:
     from scipy.optimize import brentq  # type: ignore[import-untyped]
 
-    def tie(value: float) -> _Tied:
-        return _Tied.of(comparison, one.at(instances, value), one)
-
-    def excess(value: float) -> float:
-        return float(tie(value).values[1])
-
+    tie = partial(_Tied.of, comparison, instances, one)
     item, name = instances[one.place], one.parameter.name
     most = tie(one.value).fit.chi2 + _AS_WELL
     tried = [(value, tie(value)) for value in _searched(comparison, one)]
     for (low, at_low), (high, at_high) in pairwise(tried):
         as_well = max(at_low.fit.chi2, at_high.fit.chi2) < most
         if low * high > 0.0 and as_well and at_low.values[1] * at_high.values[1] < 0.0:
-            return item.at(name, float(brentq(excess, low, high)))
+            return item.at(name, float(brentq(lambda value: tie(value).values[1], low, high)))
     held = [(abs(at.values[1]), value) for value, at in tried if at.fit.chi2 < most and at.holds]
     return item.at(name, min(held)[1]) if held else item
 

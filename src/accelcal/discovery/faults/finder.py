@@ -128,11 +128,17 @@ def faults(
 def _of_single_readings(
     scene: _Scene, step: VisibleStep | None, ratio: float, alpha: float
 ) -> tuple[tuple[Fault, ...], TumbleRecord]:
-    """Outliers and exchanges, where the variance of the noise is 1 + `ratio` a_p^2."""
+    """Outliers and exchanges, where the variance of the noise is 1 + `ratio` a_p^2.
+
+    It is no smaller than the digits of the readings allow.
+    """
     if scene.view.dof < FEWEST_REPLICATES:
         return (), scene.record
     weight = in_units_of(scene.relative, 1.0 / np.sqrt(1.0 + ratio * scene.c.cross**2))
-    return single_readings(scene.record, scene.c, scene.nominal, weight, _least(scene, step), alpha)
+    digit = decimal_step(scene.record.output) if step is None else step.step
+    rounding = 4.0 * float(np.finfo(float).eps) * float(np.abs(scene.readings).max())
+    least = max(0.5 * digit / abs(scene.nominal), rounding)
+    return single_readings(scene.record, scene.c, scene.nominal, weight, least, alpha)
 
 
 def _scene(record: TumbleRecord, reference_temperature: float, delta0: float) -> _Scene:
@@ -142,13 +148,6 @@ def _scene(record: TumbleRecord, reference_temperature: float, delta0: float) ->
     relative = relative_noise(record)
     view = _beside(moving(c, record.mounting), readings, relative)
     return _Scene(record, c, nominal, readings, relative, view)
-
-
-def _least(scene: _Scene, step: VisibleStep | None) -> float:
-    """Smallest noise that the digits of the readings allow [g]."""
-    digit = decimal_step(scene.record.output) if step is None else step.step
-    rounding = 4.0 * float(np.finfo(float).eps) * float(np.abs(scene.readings).max())
-    return max(0.5 * digit / abs(scene.nominal), rounding)
 
 
 def _scatter(scene: _Scene) -> float:

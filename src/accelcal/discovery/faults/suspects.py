@@ -145,11 +145,8 @@ def _named(step: Suspect, alpha: float) -> bool:
 
 def _pairs(c: Conditions) -> Places:
     """Pairs of readings of one stroke, shape (2, k)."""
-    stroke = grouped(c.run * (int(c.stroke.max()) + 1) + c.stroke)[1]
-    order = np.argsort(stroke, kind="stable")
-    ends = np.flatnonzero(np.diff(stroke[order])) + 1
-    groups = np.split(order, ends)
-    return np.hstack([own[np.array(np.triu_indices(own.size, 1))] for own in groups])
+    strokes = grouped(c.run * (int(c.stroke.max()) + 1) + c.stroke).parts
+    return np.hstack([own[np.array(np.triu_indices(own.size, 1))] for own in strokes])
 
 
 def _exchange(views: Views, pairs: Places) -> Suspect | None:

@@ -67,15 +67,12 @@ def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[F
     turned = [_turned(record, own, delta0, index) for own in tables]
     found = [fault for fault in turned if fault is not None]
     alike = len({fault.name for fault in found}) == 1 and len(found) == len(tables)
-    return (_of_all(found),) if alike and len(found) > 1 else tuple(found)
-
-
-def _of_all(found: list[Fault]) -> Fault:
-    """The same fault of all tables as one."""
+    if not alike or len(found) < 2:
+        return tuple(found)
     text = f"all tables alike, {found[0].finding}"
     readings = sorted(reading for fault in found for reading in fault.readings)
     p = max(fault.p_value for fault in found)
-    return replace(found[0], p_value=p, readings=tuple(readings), finding=text)
+    return (replace(found[0], p_value=p, readings=tuple(readings), finding=text),)
 
 
 def _lags_instead(record: TumbleRecord, other: OtherOrder) -> bool:

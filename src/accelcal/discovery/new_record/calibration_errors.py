@@ -22,12 +22,12 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import OF_ONE_AXIS, PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.of_table import cross_name, estimator_of
-from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import (
     ERRORS,
     Simulated,
     freed_angle,
     is_freed,
+    known_noise,
     simulated_readings,
 )
 from accelcal.errors import InputError

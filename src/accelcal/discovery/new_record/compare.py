@@ -26,16 +26,16 @@ from accelcal.discovery.new_record.errors_counted import (
     with_usual_slopes,
 )
 from accelcal.discovery.new_record.judgement import judge
-from accelcal.discovery.new_record.repeatability import (
+from accelcal.discovery.new_record.same_clamping import Fixtures, Seen, is_one_head
+from accelcal.discovery.new_record.simulated import (
     hiding,
     known_noise,
     loud_runs,
     record_noise,
+    simulated_readings,
     step_of,
     worse_than_known,
 )
-from accelcal.discovery.new_record.same_clamping import Fixtures, Seen, is_one_head
-from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.noise.of_readings import refuse_too_many, sources
 from accelcal.discovery.untimed import simulated_in_pauses
 from accelcal.effects.without_sources import without_sources

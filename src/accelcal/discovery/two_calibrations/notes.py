@@ -14,9 +14,8 @@ from accelcal.compensate.of_table import cross_name
 from accelcal.compensate.ranges import TEMPERATURE_MARGIN, outside_temperatures, within_temperatures
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of
-from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.new_record.same_clamping import said_of_fixture
-from accelcal.discovery.new_record.simulated import is_freed
+from accelcal.discovery.new_record.simulated import hiding, is_freed
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,

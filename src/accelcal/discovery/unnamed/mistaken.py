@@ -207,7 +207,9 @@ def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> Any
     if left <= 0:
         return AnyPattern(ids, patterns.shape[1], 1.0)
     of_noise = left + 2.0 * np.sqrt(2.0 * left)
-    share = min(1.0, of_noise / _size_of_pattern(family, named, patterns, own))
+    others = np.linalg.qr(named.directions[:, ~own])[0]
+    size = squares_in(patterns, without(family.comparison.seen, others))
+    share = min(1.0, of_noise / size)
     sets = float(binom(max(_tries(family, patterns), count), count))
     chance = -np.expm1(-sets * betainc(left / 2.0, count / 2.0, share))
     return AnyPattern(ids, patterns.shape[1], float(chance))
@@ -234,12 +236,6 @@ def _patterns(comparison: Comparison, parity: _Parity | None) -> Array:
 
 def _within(patterns: Array, directions: Array) -> Mask:
     return np.asarray(((patterns.T @ directions) ** 2).sum(axis=0) > _OF_POSITION)
-
-
-def _size_of_pattern(family: Family, named: Explanation, patterns: Array, own: Mask) -> float:
-    """Squares of the pattern, without what the other effects of the explanation take up."""
-    others = np.linalg.qr(named.directions[:, ~own])[0]
-    return squares_in(patterns, without(family.comparison.seen, others))
 
 
 def _tries(family: Family, patterns: Array) -> float:
