@@ -22,7 +22,7 @@ from accelcal.discovery.columns import dummies, scaled
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, all_own_columns, replaced
-from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
+from accelcal.discovery.large_effects import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.solution import unlike
 from accelcal.discovery.unnamed.mistaken import of_position
 from accelcal.discovery.unnamed.slow import POSSIBLE

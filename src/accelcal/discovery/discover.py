@@ -10,7 +10,6 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
-from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone import (
     OPEN,
@@ -34,13 +33,13 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import by_factor, shares
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.instance import Instance, searched_among
+from accelcal.discovery.large_effects import silent_in
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise.of_readings import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise.pure_error import LoudRun
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import outlooks, proposals
-from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, gap_of, gaps_along, solution
 from accelcal.discovery.unexplained import (
     empirical_explanation,
@@ -48,6 +47,7 @@ from accelcal.discovery.unexplained import (
     noise_caveats,
     what_is_left,
 )
+from accelcal.discovery.unwritten import as_searched
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.same_head import HEAD, STAND, name_in

@@ -19,7 +19,7 @@ from accelcal.discovery.columns import beyond, length_without, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.instance import Candidates, candidates
-from accelcal.discovery.silence import silent_in
+from accelcal.discovery.large_effects import silent_in
 from accelcal.discovery.space import Space, whitener_of
 from accelcal.effects.effect import Effect
 

@@ -9,12 +9,11 @@ from typing import NamedTuple
 from accelcal.arrays import Mask
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone import likeliest_silence, silence_beside
-from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
 from accelcal.discovery.family import Family, family_of, with_rates
+from accelcal.discovery.large_effects import DEAD_ZONE, silent_readings, straightened, zone_among
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
-from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import gap_of, solution
 from accelcal.discovery.unnamed.mistaken import (
     Instead,
@@ -23,7 +22,7 @@ from accelcal.discovery.unnamed.mistaken import (
     shifts_in_place,
 )
 from accelcal.discovery.unnamed.slow import LIKELY, Wandering, drift_anew, wandering
-from accelcal.discovery.untimed import going_on, shows_pauses
+from accelcal.discovery.unwritten import going_on, shows_pauses
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone import said_of_rivals, said_of_silence
@@ -27,7 +26,7 @@ from accelcal.discovery.unnamed.slow import (
     size_in_a_run,
     wandering_in_its_run,
 )
-from accelcal.discovery.untimed import going_on
+from accelcal.discovery.unwritten import going_on, said_of_temperatures
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import are, counted, listed

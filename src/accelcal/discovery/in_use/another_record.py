@@ -29,7 +29,6 @@ from accelcal.discovery.doubts.otherwise import (
     places_of,
     where_is,
 )
-from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.in_use.carrying_over import of_one_file
 from accelcal.discovery.instance import (
@@ -41,9 +40,10 @@ from accelcal.discovery.instance import (
     own_columns,
     replaced,
 )
+from accelcal.discovery.large_effects import is_possible
 from accelcal.discovery.parameters import settled
-from accelcal.discovery.untimed import by_pauses
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes_of, smooth
+from accelcal.discovery.unwritten import by_pauses
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.effects.found import disturbances

@@ -17,10 +17,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.as_searched import (
-    said_of_temperatures,
-    with_temperatures_of_runs,
-)
 from accelcal.discovery.columns import orthonormal, scaled
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone import (
@@ -32,7 +28,6 @@ from accelcal.discovery.dead_zone import (
     may_be_wider,
     of_open_width,
 )
-from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.in_use.another_record import (
     InPlace,
     in_own_shape,
@@ -49,11 +44,16 @@ from accelcal.discovery.instance import (
     instance_of,
     sizes_of,
 )
+from accelcal.discovery.large_effects import silent_by, silent_in, straightened, unheard
 from accelcal.discovery.parameters import parameters_of
-from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import gaps_along
-from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
+from accelcal.discovery.unwritten import (
+    in_pauses,
+    said_of_temperatures,
+    shows_going_on,
+    with_temperatures_of_runs,
+)
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance import covariance_root
 from accelcal.record import TumbleRecord

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,16 +36,14 @@ _RANK = 1e-9
 _TOLD = 1e-6
 """A change is told where less than this part of it may be that of another one."""
 
-_NAMES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "K0": ("bias", "g"),
-        "K1": ("scale_factor", "1"),
-        "M": ("misalignment", "rad"),
-        "K2": ("k2", ERROR_UNITS["k2"]),
-        "K3": ("k3", ERROR_UNITS["k3"]),
-        "M_ip": ("delta_ip", ERROR_UNITS["delta_ip"]),
-    }
-)
+_NAMES: Mapping[str, tuple[str, str]] = {
+    "K0": ("bias", "g"),
+    "K1": ("scale_factor", "1"),
+    "M": ("misalignment", "rad"),
+    "K2": ("k2", ERROR_UNITS["k2"]),
+    "K3": ("k3", ERROR_UNITS["k3"]),
+    "M_ip": ("delta_ip", ERROR_UNITS["delta_ip"]),
+}
 """Coefficient of (1) -> name and unit of its change."""
 
 _ALWAYS = "K0", "K1", "M"

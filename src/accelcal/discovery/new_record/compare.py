@@ -13,7 +13,6 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
-from accelcal.discovery.as_searched import refuse_several_clampings
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
 from accelcal.discovery.new_record.changes import notes_of_positions
 from accelcal.discovery.new_record.errors_counted import (
@@ -37,7 +36,7 @@ from accelcal.discovery.new_record.simulated import (
     worse_than_known,
 )
 from accelcal.discovery.noise.of_readings import refuse_too_many, sources
-from accelcal.discovery.untimed import simulated_in_pauses
+from accelcal.discovery.unwritten import refuse_several_clampings, simulated_in_pauses
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import at_positions

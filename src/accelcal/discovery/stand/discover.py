@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
-from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.dead_zone import (
     OPEN,
@@ -21,8 +20,8 @@ from accelcal.discovery.dead_zone import (
 from accelcal.discovery.discover import answered, check_search
 from accelcal.discovery.family import judge
 from accelcal.discovery.instance import Instance, searched_among
+from accelcal.discovery.large_effects import DEAD_ZONE, silent_readings
 from accelcal.discovery.look import Question
-from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.stand.ownership import (
     FEWEST,
     Looker,
@@ -42,6 +41,7 @@ from accelcal.discovery.stand.units import (
     on_one_stand,
     without_head,
 )
+from accelcal.discovery.unwritten import as_searched
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.given_twice import refuse_twice

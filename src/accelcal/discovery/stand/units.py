@@ -24,7 +24,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import head_columns, without
 from accelcal.discovery.comparison import Comparison, with_errors
 from accelcal.discovery.instance import Instance, column_of, columns_of
-from accelcal.discovery.silence import silent_in
+from accelcal.discovery.large_effects import silent_in
 from accelcal.discovery.solution import Solution, changes, solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
