@@ -8,9 +8,9 @@ of its slope there is that between the two lines, and they meet at the break.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +21,12 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.solution import Solution, by_reading, solution
 from accelcal.discovery.untold import (
-    Sizes,
     Untold,
     fitted_sizes,
     not_shown,
     said_of_untold,
     slopes_of,
+    smooth,
 )
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
@@ -51,7 +51,13 @@ def parameters_of(
     open_ones = not_shown(comparison, instances)
     held = {(one.place, one.parameter.name): one for one in open_ones}
     sizes = fitted_sizes(comparison, instances)
-    of_sizes, of_shapes = _standard_uncertainties(comparison, instances, sizes, held)
+    places = [(n, p.name) for n, item in enumerate(instances) for p in smooth(item.effect)]
+    free = [place not in held for place in places]
+    slopes = np.hstack(slopes_of(comparison, instances, sizes))[:, np.flatnonzero(free)]
+    uncertain = standard_uncertainties(np.hstack([sizes.linear[:, sizes.shown], slopes]))
+    of_sizes, count = np.full(sizes.shown.size, np.nan), np.count_nonzero(sizes.shown)
+    of_sizes[sizes.shown] = uncertain[:count]
+    of_shapes = dict(zip(compress(places, free), uncertain[count:].tolist(), strict=True))
     for one in (one for one in open_ones if ranges and not one.tied):
         below, above = (fitted_sizes(comparison, end).whole for end in one.ends(instances))
         of_sizes = np.hypot(of_sizes, (above - below) / 2.0)
@@ -70,29 +76,6 @@ def parameters_of(
     for one in (one for one in open_ones if one.tied):
         found[one.place] |= quantities(comparison, instances, one)
     return tuple(found)
-
-
-def _standard_uncertainties(
-    comparison: Comparison,
-    instances: Sequence[Instance],
-    sizes: Sizes,
-    held: Collection[tuple[int, str]],
-) -> tuple[Array, dict[tuple[int, str], float]]:
-    """Those of the amplitudes, and of the nonlinear parameters that are smooth and not held."""
-    smooth = [
-        (place, p.name)
-        for place, item in enumerate(instances)
-        for p in item.effect.shapes
-        if not p.discrete
-    ]
-    free = [one not in held for one in smooth]
-    slopes = np.hstack(slopes_of(comparison, instances, sizes))[:, np.flatnonzero(free)]
-    told = standard_uncertainties(np.hstack([sizes.linear[:, sizes.shown], slopes]))
-    count = np.count_nonzero(sizes.shown)
-    uncertainty = np.full(sizes.shown.size, np.nan)
-    uncertainty[sizes.shown] = told[:count]
-    names = [one for one, is_free in zip(smooth, free, strict=True) if is_free]
-    return uncertainty, dict(zip(names, told[count:].tolist(), strict=True))
 
 
 def _held(one: Untold) -> Quantity:

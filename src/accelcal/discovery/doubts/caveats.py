@@ -196,24 +196,22 @@ def _of_steps(
     for place, item in enumerate(instances):
         if item.effect.id == "bias-step":
             step, first = parameters_of(comparison, instances)[place]["step"], item.shape["reading"]
-            reasons = [*_few_readings(comparison, first), *_slower(comparison, step, left)]
+            reasons = list(_reasons(comparison, first, step, left))
             if walk := walks.get(first):
                 reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
             if reasons:
                 yield not_sure([item.effect.id], f"{listed(reasons)}; repeat the run")
 
 
-def _few_readings(comparison: Comparison, first: float) -> Iterator[str]:
-    """Reason to doubt a step with but a few readings of its run on one side."""
+def _reasons(
+    comparison: Comparison, first: float, step: Quantity, left: Unexplained | None
+) -> Iterator[str]:
+    """Reasons to take a step for outliers, or for something slower."""
     c = comparison.model.conditions
     own = c.number[c.run == c.run[c.order[int(first) - 1]]]
     fewest = min(np.count_nonzero(own < first), np.count_nonzero(own >= first))
     if 0 < fewest < _OUTLIERS:
         yield f"{fewest} readings alone, which may be outliers, lie on one side of it in its run"
-
-
-def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) -> Iterator[str]:
-    """Reasons to take a step for something slower."""
     if left is not None:
         yield "something shows beside it that no effect explains"
     if (rho := comparison.noise.rho) > _CORRELATED:

@@ -265,8 +265,9 @@ def run_of_another_size(
         return (), record
     readings = record.run == odd
     is_turned = abs(np.hypot(*slopes[odd]) / abs(usual) - 1.0) < _OF_ANOTHER_SIZE
-    own_tables = [own for own in tables_of(record) if readings[own][0]]
-    if is_turned or any(_at_other_positions(record, own, delta0) for own in own_tables):
+    own_tables = [record.select(own) for own in tables_of(record) if readings[own][0]]
+    prepared = (prepare(own, delta0=delta0) for own in own_tables)
+    if is_turned or any(other_positions(own, own.record.output, delta0) for own in prepared):
         return (), record
     factor = 10.0 ** round(np.log10(ratio[odd]))
     factor = factor if abs(ratio[odd] / factor - 1.0) < _OF_ANOTHER_SIZE else ratio[odd]
@@ -277,11 +278,6 @@ def run_of_another_size(
     mended = replace(record, output=np.where(readings, record.output / factor, record.output))
     where = np.flatnonzero(readings).tolist()
     return (told_fault("run of another size", finding, {}, 0.0, where),), mended
-
-
-def _at_other_positions(record: TumbleRecord, readings: Mask, delta0: float) -> bool:
-    table = prepare(record.select(readings), delta0=delta0)
-    return other_positions(table, table.record.output, delta0) is not None
 
 
 def _slopes(record: TumbleRecord, delta0: float) -> dict[int, tuple[float, float]]:

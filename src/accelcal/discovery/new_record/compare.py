@@ -113,7 +113,7 @@ def compare(
     """
     expect(calibration, Calibration)
     check_number_or_none(0.0, fixture_uncertainty=fixture_uncertainty)
-    found = _found(without_sources(calibration, BY_OTHERS))
+    found = compensation(without_sources(calibration, BY_OTHERS), effects=False)
     converted = suited(found, record)
     with naming(record):
         refuse_too_many(record)
@@ -171,12 +171,8 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = _found(calibration)
+    found = compensation(calibration, effects=False)
     return simulated_readings(calibration, found, suited(found, record)).residual
-
-
-def _found(calibration: Calibration) -> Compensation:
-    return compensation(calibration, effects=False)
 
 
 _LARGEST = 1e6
@@ -198,7 +194,12 @@ def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
     expect(record, TumbleRecord)
     refuse_several_clampings(record)
     converted = record if found.output_unit is None else _in_unit(record, found.output_unit)
-    _refuse_far_off(found, converted)
+    largest = float(np.abs(converted.output).max() / abs(found.K1.at_T0))
+    if largest > _LARGEST:
+        raise InputError(
+            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
+            " of its accelerometer, in the unit of the calibration"
+        )
     _refuse_other_temperatures(found, converted)
     return at_positions(converted)
 
@@ -218,15 +219,6 @@ def _in_unit(record: TumbleRecord, unit: str) -> TumbleRecord:
         std=None if record.std is None else record.std * factor,
         unit=unit,
     )
-
-
-def _refuse_far_off(found: Compensation, record: TumbleRecord) -> None:
-    largest = float(np.abs(record.output).max() / abs(found.K1.at_T0))
-    if largest > _LARGEST:
-        raise InputError(
-            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
-            " of its accelerometer, in the unit of the calibration"
-        )
 
 
 def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> None:

@@ -21,7 +21,6 @@ from accelcal.discovery.columns import (
     lengths,
     orthonormal,
     saturated,
-    squares_in,
     without,
 )
 from accelcal.discovery.factors import Block, blocks, by_factor, pattern, shares, structure
@@ -266,22 +265,19 @@ def chances(
     space: Space,
     seen: Array,
     blocks: Sequence[Block],
-    known_dof: float = np.inf,
-    errors: Estimated | None = None,
+    known_dof: float,
+    errors: Estimated,
 ) -> list[float]:
     """Chance that noise makes each factor disagree as much, not yet honest for their number.
 
     Each of the blocks is orthogonal to those before it. Of the noise that the space is whitened by,
-    the degrees of freedom are known, where no replicates tell it anew. Without errors whose sizes
-    were estimated, all that the space is whitened by is known.
+    the degrees of freedom are known, where no replicates tell it anew.
     """
     repeated = space.dof >= FEWEST_REPLICATES
     dof = space.dof if repeated else min(known_dof, _ENDLESS)
     variance = float(space.pure_error(seen)) / dof if repeated else 1.0
     sizes = [block.basis.shape[1] for block in blocks]
-    tried = [(1.0, [squares_in(block.basis, seen) for block in blocks])]
-    if errors is not None:
-        tried = list(_under_all_sizes(space, seen, blocks, errors))
+    tried = list(_under_all_sizes(space, seen, blocks, errors))
     return [
         float(
             sum(

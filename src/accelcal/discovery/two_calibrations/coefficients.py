@@ -65,8 +65,7 @@ def told_coefficients(found: Compensation, temperature: float | None) -> dict[Na
 
     K1 is that at a temperature [degC], None for T0.
     """
-    known = dict(_parameters(found, temperature))
-    return {**known, **dict(_slopes(found))}
+    return dict(_parameters(found, temperature)) | dict(_slopes(found))
 
 
 def _parameters(

@@ -207,7 +207,7 @@ def compare_calibrations(
         temperature_degC=level,
         same_head=same,
         coefficients=(
-            *_changes(_with_outputs(pair), errors),
+            *_changes(pair, errors),
             *sizes,
         ),
         joint=joint,
@@ -225,18 +225,15 @@ def _told(own: Side) -> ComparedCalibration:
     )
 
 
-def _with_outputs(pair: _Pair) -> _Pair:
-    """The same with the coefficients in the output unit, which follow from those of the errors."""
-    if ("K1", None) not in pair.old:
-        return pair
-    unit = pair.sides[0].found.output_unit or "output unit"
-    return pair._replace(
-        old={**pair.old, **of_output(pair.old, unit)}, new={**pair.new, **of_output(pair.new, unit)}
-    )
-
-
 def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChange]:
-    """Each coefficient in both, with the wider interval of its difference."""
+    """Each coefficient in both, with the wider interval of its difference.
+
+    Those in the output unit follow from those of the errors.
+    """
+    if ("K1", None) in pair.old:
+        unit = pair.sides[0].found.output_unit or "output unit"
+        old, new = ({**own, **of_output(own, unit)} for own in (pair.old, pair.new))
+        pair = pair._replace(old=old, new=new)
     units = [own.unit for own in pair.old.values()]
     stated = [
         _quantities(
@@ -246,8 +243,8 @@ def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChang
     ]
     each = (_quantities(pair.differences, pair.by_errors, own, units) for own in errors)
     rows = zip(pair.old, *stated, _widest(each), strict=True)
-    for (symbol, axis), old, new, difference in rows:
-        yield CoefficientChange(symbol, axis, old, new, difference)
+    for (symbol, axis), *both, difference in rows:
+        yield CoefficientChange(symbol, axis, *both, difference)
 
 
 def _quantities(

@@ -80,7 +80,9 @@ def passing(
     kinds = [(kind, _WEIGHTS[what]) for what, kind in found.items() if kind.actions.size]
     if not kinds:
         return None
-    repeats = _all_that_repeats(comparison, instances)
+    saturation = saturated(c, comparison.record.mounting)
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    repeats = np.hstack([saturation, jacobian, columns_of(instances, c)])
     trial = tried(comparison, repeats, kinds, _RHOS, 1.0, seed)
     best = trial.best(alpha)
     if best is None:
@@ -100,14 +102,6 @@ def passing(
     each = [explained(which) for which in alike]
     share, told = each[first_largest(np.array([own for own, _ in each]))]
     return Unexplained(told, share, float(trial.p_values[best]))
-
-
-def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> Array:
-    """Columns beside which pure error is left, which model and effects leave too, (n, k)."""
-    c = comparison.model.conditions
-    saturation = saturated(c, comparison.record.mounting)
-    jacobian = comparison.model.jacobian(comparison.parameters)
-    return np.hstack([saturation, jacobian, columns_of(instances, c)])
 
 
 # -- kinds of disturbances -------------------------------------------------------------------------
