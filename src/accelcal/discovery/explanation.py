@@ -49,6 +49,12 @@ class Explanation(NamedTuple):
     bent: tuple[str, ...] = ()
     """Of effects that pass, the ids of those whose law is straighter than the readings have it."""
 
+    def seen_in(self, comparison: Comparison) -> Explanation:
+        """The same, which was found in another space, in that of a comparison."""
+        directions = comparison.directions(*self.instances)
+        squares = squares_in(orthonormal(directions), comparison.seen)
+        return self._replace(directions=directions, squares=squares)
+
     @property
     def ids(self) -> frozenset[str]:
         """Ids of the effects."""
@@ -119,13 +125,6 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
             item.effect.id for item in instances if passes and _is_bent(comparison, item, taken)
         ),
     )
-
-
-def seen_anew(comparison: Comparison, found: Explanation) -> Explanation:
-    """Take what was found in another space to that of a comparison."""
-    directions = comparison.directions(*found.instances)
-    squares = squares_in(orthonormal(directions), comparison.seen)
-    return found._replace(directions=directions, squares=squares)
 
 
 def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:

@@ -99,7 +99,9 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
             more = _beside_another_start(family, passing[0], alpha)
             found = silent_first(family.comparison, (*more, *passing), alpha)
             return Findings(before, found, None, None, again)
-        nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
+        # those that leave only noise come nearest; rounding alone orders nothing
+        both = [*needed, *filter(None, [nearest])]
+        nearest = max(both, key=lambda e: (e.passes, float(f"{e.squares:.6g}")), default=None)
     return Findings(before, (), nearest, None, again)
 
 
@@ -140,11 +142,6 @@ def _beside_another_start(
         if chance(ratio, space.dof, 2) * family.tries.max() < alpha:
             return (more,)
     return ()
-
-
-def _nearness(found: Explanation) -> tuple[bool, float]:
-    """Sets that leave only noise come nearest, whatever larger sets take up."""
-    return found.passes, float(f"{found.squares:.6g}")  # rounding alone orders nothing
 
 
 def _is_sure(found: Explanation, alpha: float) -> bool:

@@ -98,7 +98,12 @@ def caveats(
         yield from (Caveat(other.said) for other in others)
         of_any = list(_of_any_pattern(family, found[0]))
         yield from of_any
-        yield from _of_cancelling(comparison, found[0])
+        if cancels(comparison, found[0]):
+            yield not_sure(
+                sorted(found[0].ids),
+                "they mostly take back each other, and these readings show no more than what is"
+                " left of them, which something outside the catalogue could as well be",
+            )
         silence = list(said_of_silence(comparison, found[0]))
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
         yield from _of_the_first_readings(comparison, best)
@@ -143,16 +148,6 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
             f" catalogue has, as a voltmeter of two ranges or a worn head, would look as much like"
             f" {them} in up to {100.0 * each.chance:.0f} % of cases; measure at positions between"
             " these",
-        )
-
-
-def _of_cancelling(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
-    """Effects that mostly take back each other, whose small difference alone the readings show."""
-    if cancels(comparison, best):
-        yield not_sure(
-            sorted(best.ids),
-            "they mostly take back each other, and these readings show no more than what is left of"
-            " them, which something outside the catalogue could as well be",
         )
 
 

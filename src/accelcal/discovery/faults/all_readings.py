@@ -221,12 +221,8 @@ def _locked(output: Array, guess: float, near: float) -> VisibleStep | None:
     spacing = 0.2 * guess / float(np.abs(centred).max())
     count = int(min(np.ceil(near / spacing), _MOST // 2))
     steps = guess / (1.0 + spacing * np.arange(-count, count + 1))
-    lengths = np.concatenate(
-        [
-            _resultants(centred, np.asarray(steps[k : k + _BLOCK]))
-            for k in range(0, steps.size, _BLOCK)
-        ]
-    )
+    blocks = np.split(steps, range(_BLOCK, steps.size, _BLOCK))
+    lengths = np.concatenate([_resultants(centred, block) for block in blocks])
     best = int(np.argmax(lengths))
     if lengths[best] < _LOCKED:
         return None

@@ -301,7 +301,9 @@ def _under_all_sizes(
 
     acting = space.see(errors.acting)
     bases = np.hstack([block.basis for block in reversed(blocks)])
-    coordinates = np.hstack([_beyond(acting, bases), bases]).T
+    left = without(acting, bases)
+    beyond = orthonormal(left[:, lengths(left) > _NEW * lengths(acting)])
+    coordinates = np.hstack([beyond, bases]).T
     shown, acted = coordinates @ seen, coordinates @ acting
     ends = np.cumsum([block.basis.shape[1] for block in blocks])
     for weight, factor in sizes_left_open():
@@ -309,12 +311,6 @@ def _under_all_sizes(
         lower = np.linalg.cholesky(np.eye(shown.size) + change)
         squares = np.cumsum(solve_triangular(lower, shown, lower=True)[::-1] ** 2)[ends - 1]
         yield weight, np.diff(squares, prepend=0.0).tolist()
-
-
-def _beyond(columns: Array, taken: Array) -> Array:
-    """Orthonormal basis of what columns have beyond a basis."""
-    left = without(columns, taken)
-    return orthonormal(left[:, lengths(left) > _NEW * lengths(columns)])
 
 
 def sizes_left_open() -> Iterator[tuple[float, Callable[[float], float]]]:

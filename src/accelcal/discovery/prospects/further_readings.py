@@ -49,7 +49,7 @@ def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...
     heads = distinct(head_positions(angles))
     half = median(np.diff(np.append(heads, heads[0] + 360.0))) / 2.0
     every = distinct(np.concatenate([angles, angles[angles < angles.max()] + half]))
-    axis, side = plan.mountings[-1]
+    axis, side = plan.mountings[-1][0], plan.mountings[-1][1]
     turned_over, other = axis + "+-"[side == "+"], "op"[axis == "o"] + side
 
     def block(name: str, how: str, own: TumblePlan, clocking: float = 0.0) -> Block:

@@ -232,8 +232,7 @@ def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChang
     """
     if ("K1", None) in pair.old:
         unit = pair.sides[0].found.output_unit or "output unit"
-        old, new = ({**own, **of_output(own, unit)} for own in (pair.old, pair.new))
-        pair = pair._replace(old=old, new=new)
+        pair = _Pair(pair.sides, *({**own, **of_output(own, unit)} for own in (pair.old, pair.new)))
     units = [own.unit for own in pair.old.values()]
     stated = [
         _quantities(
@@ -243,8 +242,8 @@ def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChang
     ]
     each = (_quantities(pair.differences, pair.by_errors, own, units) for own in errors)
     rows = zip(pair.old, *stated, _widest(each), strict=True)
-    for (symbol, axis), *both, difference in rows:
-        yield CoefficientChange(symbol, axis, *both, difference)
+    for (symbol, axis), old, new, difference in rows:
+        yield CoefficientChange(symbol, axis, old, new, difference)
 
 
 def _quantities(
