@@ -18,13 +18,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import candidates, instances_of, searched_among
+from accelcal.discovery.columns import orthonormal
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import column_of
+from accelcal.discovery.instance import candidates, column_of, instances_of, searched_among
 from accelcal.discovery.noise.of_readings import ReadingNoise
-from accelcal.discovery.prospects.aliases import Aliases, aliases
-from accelcal.discovery.prospects.audit import carriers_in, designed
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.prospects.audit import Aliases, aliases, carriers_in, designed
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter

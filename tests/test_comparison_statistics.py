@@ -14,11 +14,9 @@ from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
-from accelcal.discovery.new_record.chances import Estimated, chances
-from accelcal.discovery.new_record.repeatability import known_noise
-from accelcal.discovery.new_record.simulated import simulated_readings
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.space import space_of
+from accelcal.discovery.new_record.judgement import Estimated, chances
+from accelcal.discovery.new_record.simulated import known_noise, simulated_readings
+from accelcal.discovery.space import Covariance, space_of, whitener_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 SHORT = TumblePlan(strokes=1, temperatures=(20.0,))
@@ -113,8 +111,9 @@ def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
     space = space_of(independent(3), np.empty((3, 0)), np.eye(3))
     block = Block("position", np.eye(3)[:, :1])
     seen = np.array([2.0, 0.0, 0.0])
-    assert chances(space, seen, [block], 4.0) == pytest.approx([0.116117], abs=1e-6)
-    assert chances(space, seen, [block]) == pytest.approx([0.045500], abs=1e-5)
+    none = Estimated(np.empty((3, 0)), np.empty((0, 0)), lambda _: np.empty((0, 0)))
+    assert chances(space, seen, [block], 4.0, none) == pytest.approx([0.116117], abs=1e-6)
+    assert chances(space, seen, [block], np.inf, none) == pytest.approx([0.045500], abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +124,7 @@ def test_a_size_that_was_estimated_leaves_the_tails_of_student(ratio, dof):
     space = space_of(independent(2, 1.7), np.empty((2, 0)), np.eye(2))
     error = Estimated(np.eye(2)[:, :1], np.eye(1) * 1.7**2, lambda f: np.eye(1) * f(dof) ** 2)
     block = Block("position", np.eye(2)[:, :1])
-    (found,) = chances(space, np.array([ratio / 1.7, 0.0]), [block], errors=error)
+    (found,) = chances(space, np.array([ratio / 1.7, 0.0]), [block], np.inf, error)
     assert found == pytest.approx(2.0 * stats.t.sf(ratio, dof), rel=1e-3)
 
 
@@ -134,7 +133,7 @@ def test_several_directions_of_an_estimated_size_leave_the_tails_of_fisher():
     error = Estimated(np.eye(5)[:, :3], np.eye(3), lambda factor: np.eye(3) * factor(2.0) ** 2)
     seen = np.array([3.0, -4.0, 12.0, 1.5, 0.0])  # the third square is 19 beyond the first two
     blocks = [Block("run", np.eye(5)[:, :2]), Block("position", np.eye(5)[:, 2:4])]
-    found = chances(space, seen, blocks, errors=error)
+    found = chances(space, seen, blocks, np.inf, error)
     assert found[0] == pytest.approx(stats.f.sf(25.0 / 2.0, 2, 2), rel=1e-3)
     # beside a direction that is known, each size by itself: simulated from the definition
     sizes = np.sqrt(2.0 / np.random.default_rng(1).chisquare(2.0, 400_000))

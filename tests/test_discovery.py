@@ -11,11 +11,11 @@ from hidden.cases import draw
 from hidden.design import DESIGNS
 
 import accelcal
-from accelcal.discovery.candidates import searched_among
+from accelcal.discovery.columns import orthonormal
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import agrees, drawn, family_of, judge, with_rates
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.instance import searched_among
 from accelcal.effects.catalogue import effect
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter

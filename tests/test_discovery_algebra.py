@@ -9,14 +9,13 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f
 
 import accelcal
-from accelcal.discovery.columns import cycle_of, saturated
+from accelcal.discovery.columns import cycle_of, first_largest, orthonormal, saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.explanation import chance_beside
 from accelcal.discovery.family import family_of, judge
-from accelcal.discovery.gaps import _folds, held_out_rms
 from accelcal.discovery.instance import column_of, instance_of
 from accelcal.discovery.noise.of_readings import _RHOS, _autocorrelation, memory, reading_noise
-from accelcal.discovery.spans import first_largest, orthonormal
+from accelcal.discovery.solution import _folds, held_out_rms
 
 
 def with_memory(rho, **options):

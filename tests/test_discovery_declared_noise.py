@@ -15,9 +15,13 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import noise_of_all
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.noise.declared import relative_noise
-from accelcal.discovery.noise.of_readings import ReadingNoise, covariance, reading_noise
-from accelcal.discovery.noise.of_runs import with_noise_of_runs
+from accelcal.discovery.noise.of_readings import (
+    ReadingNoise,
+    covariance,
+    reading_noise,
+    relative_noise,
+)
+from accelcal.discovery.noise.pure_error import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
 
 QUIET = accelcal.NoiseComponents(reading=1e-12, head=0.0, launch=0.0, launch_sf=0.0)

@@ -9,9 +9,9 @@ from hidden.cases import draw
 from hidden.design import DESIGNS
 
 import accelcal
+from accelcal.discovery.faults.all_readings import visible_step
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.faults.heavy_tails import chance_of
-from accelcal.discovery.faults.visible_step import visible_step
+from accelcal.discovery.faults.suspects import chance_of
 from accelcal.discovery.noise.pure_error import PureError, pure_error
 from accelcal.effects.catalogue import effect
 

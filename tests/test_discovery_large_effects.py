@@ -7,8 +7,8 @@ import pytest
 
 import accelcal
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.instance import instance_of
+from accelcal.discovery.large_effects import straightened
 from accelcal.effects.catalogue import effect
 from accelcal.simulation import NoiseComponents, TumblePlan
 

@@ -9,13 +9,13 @@ from dense_covariance import matrix_of, whitening_matrix
 from numpy.testing import assert_allclose
 
 import accelcal
-from accelcal.discovery.candidates import MOST_VALUES, candidates, instances_of
+from accelcal.discovery.columns import orthonormal
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.gaps import _folds
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.discovery.instance import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.noise.of_readings import _fourth_powers
 from accelcal.discovery.noise.pure_error import pure_error, smooth
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.solution import _folds
+from accelcal.discovery.space import Covariance, whitener_of
 from accelcal.errors import InputError
 
 AT_390 = ("bias-step", 4e-5, {"reading": 390.0})

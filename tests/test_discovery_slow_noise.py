@@ -16,7 +16,7 @@ from accelcal.discovery.comparison import compared
 from accelcal.discovery.doubts.caveats import _wandering
 from accelcal.discovery.family import family_of
 from accelcal.discovery.search import search
-from accelcal.discovery.unnamed.wandering import _SIZES, Wandering, _likeliest
+from accelcal.discovery.unnamed.slow import _SIZES, Wandering, _likeliest
 from accelcal.effects.catalogue import effect
 from accelcal.results.findings import Gap
 from accelcal.simulation import NoiseComponents, TumblePlan

@@ -19,9 +19,8 @@ from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.stand.discover import discover_stand
-from accelcal.discovery.stand.joint_fit import coefficients, known, shared_columns
-from accelcal.discovery.stand.mean_unit import Unit, mean_unit
-from accelcal.discovery.stand.one_value import one_value
+from accelcal.discovery.stand.ownership import one_value
+from accelcal.discovery.stand.units import Unit, coefficients, known, mean_unit, shared_columns
 from accelcal.effects.catalogue import effect
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.stand_discovery import StandDiscovery

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from accelcal.discovery.base import base_model
-from accelcal.discovery.candidates import candidates
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, candidates, column_of
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.effects.conditions import conditions_of
 from accelcal.effects.effect import Effect

@@ -5,9 +5,9 @@ import pytest
 
 import accelcal
 from accelcal.discovery.doubts.caveats import _wandering
+from accelcal.discovery.factors import structure
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.unnamed.wandering import Wandering, size_in_a_run
-from accelcal.discovery.where import structure
+from accelcal.discovery.unnamed.slow import Wandering, size_in_a_run
 from accelcal.effects.conditions import conditions_of
 from accelcal.report.discovery import change_row
 from accelcal.results.findings import Change

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.base import base_model, solve
-from accelcal.discovery.candidates import instances_of
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, column_of, instances_of
 from accelcal.effects.catalogue import catalogue
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of

@@ -15,7 +15,7 @@ from hidden.table import Table
 import accelcal
 from accelcal.discovery.base import base_model
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.gaps import held_out_rms
+from accelcal.discovery.solution import held_out_rms
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
 from rivals.answer import Answer

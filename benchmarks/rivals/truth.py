@@ -13,7 +13,7 @@ import numpy as np
 from hidden.table import Table
 from hidden.visibility import orthonormal, remainder
 
-from accelcal.discovery.candidates import instances_of
+from accelcal.discovery.instance import instances_of
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import Conditions
 from rivals.dictionary import PHYSICAL, SAME, Floats

@@ -6,11 +6,11 @@
    the record.
 2. `comparison` fits the model that is taken for granted (`base`) and whitens what it leaves by the
    covariance of the `noise` of the replicates and the declared errors.
-3. `candidates` turns the effects of the catalogue into directions in that `space`.
+3. `instance` turns the effects of the catalogue into directions in that `space`, all of `columns`.
 4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
    finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
-5. `solution` tells their sizes and what they change in the coefficients, `where` in which `factors`
-   of the test the disagreement is, `gaps` how well the readings are predicted that were not fitted.
+5. `parameters` tells their sizes, `solution` what they change in the coefficients, and how well the
+   readings are predicted that were not fitted, `factors` where in the test the disagreement is.
 6. `unexplained` tells what no effect of the catalogue explains, by the patterns of `unnamed`, as
    what comes and goes or wanders.
 7. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,

@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from itertools import compress
+from typing import Any
 
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import MOVES, dummies
-from accelcal.discovery.spans import scaled
+from accelcal.discovery.columns import MOVES, dummies, scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
@@ -139,15 +139,9 @@ def base_model(
 
 def _silenced(c: Conditions, silent: Mask) -> Conditions:
     """Conditions in which some readings are without acceleration."""
-    heard = np.where(silent, 0.0, 1.0)
-    return replace(
-        c,
-        input=c.input * heard,
-        cross=c.cross * heard,
-        axial=c.axial * heard,
-        indicated=c.indicated * heard,
-        per_radian=c.per_radian * heard,
-    )
+    names = ("input", "cross", "axial", "indicated", "per_radian")
+    heard: Any = {name: np.where(silent, 0.0, getattr(c, name)) for name in names}
+    return replace(c, **heard)
 
 
 def turned(model: BaseModel, record: TumbleRecord, angle: Array) -> BaseModel:

@@ -11,20 +11,18 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
-from accelcal.discovery.columns import saturated
+from accelcal.discovery.columns import orthonormal, saturated
 from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.declared import relative_noise
 from accelcal.discovery.noise.of_readings import (
     FEWEST_REPLICATES,
     ReadingNoise,
     covariance,
     reading_noise,
     refuse_too_many,
+    relative_noise,
 )
-from accelcal.discovery.noise.of_runs import with_noise_of_runs
-from accelcal.discovery.space import Space, space_of
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.noise.pure_error import with_noise_of_runs
+from accelcal.discovery.space import Covariance, Space, space_of, whitener_of
 from accelcal.record import TumbleRecord
 
 
@@ -127,9 +125,11 @@ def _judged(
     *,
     memory: bool,
 ) -> Comparison:
-    repeating = saturated(model.conditions, record.mounting)
     if noise is None:
-        within = _beside(repeating, columns_of(known, model.conditions))
+        repeating = saturated(model.conditions, record.mounting)
+        within = np.hstack([repeating, columns_of(known, model.conditions)])
+        if len(within) - orthonormal(within).shape[1] < FEWEST_REPLICATES:
+            within = repeating  # known effects leave too little to tell the noise
         first = model.residual(solve(model))
         step, by_std = _step(record, model), relative_noise(record)
         relative = with_noise_of_runs(model.conditions, first, within, by_std, step)
@@ -137,19 +137,24 @@ def _judged(
     if not memory:
         noise = noise._replace(rho=0.0, possible=())
     spread = covariance(model.conditions, noise, record.apparatus, _step(record, model))
+    possible = tuple(spread._replace(rho=rho) for rho in noise.possible)
+    return with_errors(record, model, noise, spread, possible)
+
+
+def with_errors(
+    record: TumbleRecord,
+    model: BaseModel,
+    noise: ReadingNoise,
+    spread: Covariance,
+    possible: tuple[Covariance, ...],
+) -> Comparison:
+    """Compare a record with a model by the covariance of its errors, as in `Comparison`."""
     whitener = whitener_of(spread)
     parameters = solve(model, whitener.whitened)
+    repeating = saturated(model.conditions, record.mounting)
     space = space_of(whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
-    possible = tuple(spread._replace(rho=rho) for rho in noise.possible)
     return Comparison(record, model, parameters, noise, space, seen, spread, possible)
-
-
-def _beside(repeating: Array, columns: Array) -> Array:
-    """What is no noise: all that repeats and, where they leave enough of it, known effects."""
-    within = np.hstack([repeating, columns])
-    enough = len(within) - orthonormal(within).shape[1] >= FEWEST_REPLICATES
-    return within if enough else repeating
 
 
 def _step(record: TumbleRecord, model: BaseModel) -> float:

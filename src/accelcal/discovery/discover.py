@@ -10,49 +10,49 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
-from accelcal.discovery.as_searched import as_searched
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure, of_partners
-from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, in_place_of, left_undecided
-from accelcal.discovery.doubts.noise_caveats import noise_caveats
+from accelcal.discovery.dead_zone import (
+    OPEN,
+    SILENCED,
+    in_fit,
+    in_place_of,
+    left_undecided,
+    may_be_wider,
+    of_open_width,
+    without_bound,
+)
+from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure
 from accelcal.discovery.doubts.otherwise import (
     Alternative,
-    Alternatives,
-    Otherwise,
     alternatives,
     otherwise,
     rivals_of,
     with_others_counted,
 )
 from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.factors import by_factor, shares
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gaps import gap_of, gaps_along
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, searched_among
+from accelcal.discovery.large_effects import silent_in
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise.of_readings import ReadingNoise, refuse_too_many, sources
-from accelcal.discovery.noise.of_runs import LoudRun
+from accelcal.discovery.noise.pure_error import LoudRun
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
-from accelcal.discovery.prospects.next_measurement import proposals
-from accelcal.discovery.prospects.outlook import outlooks
-from accelcal.discovery.silence import silent_in
-from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.unexplained import empirical_explanation, loudest, what_is_left
-from accelcal.discovery.unnamed.wide_dead_zone import (
-    OPEN,
-    SILENCED,
-    may_be_wider,
-    of_open_width,
-    without_bound,
+from accelcal.discovery.prospects.next_measurement import outlooks, proposals
+from accelcal.discovery.solution import changes, gap_of, gaps_along, solution
+from accelcal.discovery.unexplained import (
+    empirical_explanation,
+    loudest,
+    noise_caveats,
+    what_is_left,
 )
-from accelcal.discovery.where import by_factor, shares
+from accelcal.discovery.unwritten import as_searched
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.same_head import HEAD, STAND, name_in
 from accelcal.logs import tell
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -151,16 +151,10 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
             tilted = _of_a_tilt(look, record, question)
             look, found = (look, found) if tilted is None else (tilted, ())
         told = _discovery(look, record, found, question)
-        kept = _of_kept_readings(record, mended, found)
+        # of readings that may be at fault, or could not be judged, and are kept
+        known = {*record.notes, *(fault.finding for fault in found)}
+        kept = [note for note in mended.notes if note not in known]
         return replace(told, notes=(*kept, *told.notes))
-
-
-def _of_kept_readings(
-    record: TumbleRecord, mended: TumbleRecord, found: Sequence[Fault]
-) -> tuple[str, ...]:
-    """Tell of readings that may be at fault, or could not be judged, and are kept."""
-    known = {*record.notes, *(fault.finding for fault in found)}
-    return tuple(note for note in mended.notes if note not in known)
 
 
 def _of_a_tilt(turned: Look, record: TumbleRecord, question: Question) -> Look | None:
@@ -193,14 +187,14 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named, unexplained, loud = _named_and_left(look, question)
-    bare = solution(comparison)
-    within = solution(comparison, named.instances) if named else bare
-    strongest = _strongest_first(named) if named else ()
+    instances, p_values = (named.instances, named.p_values) if named else ((), ())
+    within = solution(comparison, instances)
+    strongest = sorted(zip(instances, p_values, strict=True), key=lambda item: item[1])
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
-    told_of = _caveats(look, named, unexplained, loud, also, others)
-    said = [*told_of, *_of_mountings(found, named)]
+    said = [*caveats(look, unexplained, also, others), *noise_caveats(comparison, instances, loud)]
+    said += _of_mountings(found, named)
     told = Discovery(
         noise=sources(comparison.noise, comparison.counted, record, free=True),
         before=_as_given(comparison, record, found, question) or steps[0],
@@ -211,7 +205,7 @@ def _discovery(
         undetectable=undetectable(comparison, family.candidates),
         smallest_detectable=smallest_detectable(family, question.alpha),
         faults=tuple(found),
-        coefficients=changes(comparison, bare, within),
+        coefficients=changes(comparison, solution(comparison), within),
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
@@ -267,36 +261,6 @@ def _p_value(look: Look, unexplained: Unexplained | None) -> float:
     return min(own, unexplained.p_value if unexplained else 1.0)
 
 
-def _caveats(
-    look: Look,
-    named: Explanation | None,
-    left: Unexplained | None,
-    loud: LoudRun | None,
-    also: Alternatives,
-    others: Sequence[Otherwise],
-) -> Iterator[Caveat]:
-    said = [*_in_the_main(look), *caveats(look, left, also, others)]
-    instances = named.instances if named else ()
-    said += noise_caveats(look.comparison, instances, loud)
-    yield from said
-    if instances:
-        doubted = {name for caveat in said for name in caveat.doubted}
-        yield from of_partners(look.comparison, instances, doubted)
-
-
-def _in_the_main(look: Look) -> Iterator[Caveat]:
-    """Say how much effects explain that do not explain all."""
-    main, seen = look.findings.main, look.comparison.seen
-    if main is not None:
-        names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
-        yield Caveat(
-            f"of the disagreement {min(share, 99.9):.1f} % is that of {listed(names)}; the"
-            " rest is more than noise, of something else or of these beyond their laws for small"
-            " sizes, and U does not count it",
-            names,
-        )
-
-
 def _of_mountings(found: Sequence[Fault], named: Explanation | None) -> Iterator[Caveat]:
     """A tilt beside runs that are taken as turned back, which may all be one slip."""
     turned = any(fault.name == _REMOUNTED for fault in found)
@@ -316,10 +280,8 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
     record, noise = look.comparison.record, look.comparison.noise
     foreseen = outlooks(record, noise, question.reference, question.delta0)
     found = proposals(look.comparison, foreseen, named.instances, rivals)
-    good = [item for item in found if item.blocks is not None]
-    in_one_clamping = [item for item in good if not item.block.clocking]
-    best = next(iter(in_one_clamping or good), None)
-    return best.text if best else "none of the further readings that were tried tells them apart"
+    none = "none of the further readings that were tried tells them apart"
+    return found[0].text if found else none
 
 
 def _as_given(
@@ -344,12 +306,6 @@ def noise_of_all(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:
     outliers = np.sort([fault.readings[0] for fault in found if fault.id == "outlier"])
     places = outliers.astype(np.intp) - np.arange(outliers.size)  # among those that are kept
     return noise._replace(relative=np.insert(noise.relative, places, 1.0))
-
-
-def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
-    """Effects of an explanation with their p-values."""
-    both = zip(named.instances, named.p_values, strict=True)
-    return tuple(sorted(both, key=lambda item: item[1]))
 
 
 def _effects(

@@ -8,11 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import left_out_around, visible
-from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, own_columns
-from accelcal.discovery.spans import (
+from accelcal.discovery.columns import (
     first_largest,
     length_without,
     lengths,
@@ -20,7 +16,10 @@ from accelcal.discovery.spans import (
     squares_in,
     without,
 )
-from accelcal.discovery.tied import settled
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
+from accelcal.discovery.instance import Instance, left_out_around, own_columns, visible
+from accelcal.discovery.parameters import settled
 
 _ROUNDS = 3
 
@@ -49,6 +48,12 @@ class Explanation(NamedTuple):
     """Whether all are needed as those of a rival are, and nothing disagrees beside them."""
     bent: tuple[str, ...] = ()
     """Of effects that pass, the ids of those whose law is straighter than the readings have it."""
+
+    def seen_in(self, comparison: Comparison) -> Explanation:
+        """The same, which was found in another space, in that of a comparison."""
+        directions = comparison.directions(*self.instances)
+        squares = squares_in(orthonormal(directions), comparison.seen)
+        return self._replace(directions=directions, squares=squares)
 
     @property
     def ids(self) -> frozenset[str]:
@@ -120,13 +125,6 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
             item.effect.id for item in instances if passes and _is_bent(comparison, item, taken)
         ),
     )
-
-
-def seen_anew(comparison: Comparison, found: Explanation) -> Explanation:
-    """Take what was found in another space to that of a comparison."""
-    directions = comparison.directions(*found.instances)
-    squares = squares_in(orthonormal(directions), comparison.seen)
-    return found._replace(directions=directions, squares=squares)
 
 
 def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:

@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Candidates, candidates
+from accelcal.discovery.columns import beyond, length_without, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block, blocks
-from accelcal.discovery.noise.covariance import whitener_of
-from accelcal.discovery.silence import silent_in
-from accelcal.discovery.space import Space
-from accelcal.discovery.spans import beyond, length_without, without
+from accelcal.discovery.instance import Candidates, candidates
+from accelcal.discovery.large_effects import silent_in
+from accelcal.discovery.space import Space, whitener_of
 from accelcal.effects.effect import Effect
 
 DRAWS = 4000

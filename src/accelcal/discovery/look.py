@@ -8,24 +8,21 @@ from typing import NamedTuple
 
 from accelcal.arrays import Mask
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.exact_law import straightened
-from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
+from accelcal.discovery.dead_zone import likeliest_silence, silence_beside
+from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, family_of, with_rates
-from accelcal.discovery.gaps import gap_of
+from accelcal.discovery.large_effects import DEAD_ZONE, silent_readings, straightened, zone_among
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
-from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
-from accelcal.discovery.solution import solution
-from accelcal.discovery.unnamed.drift_anew import drift_anew
+from accelcal.discovery.solution import gap_of, solution
 from accelcal.discovery.unnamed.mistaken import (
     Instead,
     far_better,
     oscillations_in_place,
     shifts_in_place,
 )
-from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
-from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
-from accelcal.discovery.untimed import going_on, shows_pauses
+from accelcal.discovery.unnamed.slow import LIKELY, Wandering, drift_anew, wandering
+from accelcal.discovery.unwritten import going_on, shows_pauses
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained
@@ -199,7 +196,7 @@ def _of_any_width(look: Look, question: Question) -> Look:
     found, p_value = again.findings.explanations, again.findings.before.p_value
     if not found and p_value < CONTRADICTION * question.alpha:
         return look
-    main = seen_anew(comparison, found[0]) if found else None
+    main = found[0].seen_in(comparison) if found else None
     instances = main.instances if main else ()
     return look._replace(
         findings=look.findings._replace(main=main),
@@ -225,7 +222,9 @@ def _searched(record: TumbleRecord, question: Question) -> Look:
     if found is None or not _leaves_noise(look, found):
         return look
     known = look.comparison.judged_beside(found.instances)
-    return look if _same_noise(look.comparison, known) else _look(known, question)
+    one, other = look.comparison.noise, known.noise
+    same_size = abs(one.sigma / other.sigma - 1.0) < _SAME_NOISE
+    return look if same_size and one.rho == other.rho else _look(known, question)
 
 
 def _without_memory(first: Look, question: Question) -> Look | None:
@@ -309,8 +308,3 @@ def _leaves_noise(look: Look, found: Explanation) -> bool:
     """Whether enough replicates tell of the noise beside some effects, whatever these take up."""
     taken = sum(len(item.amplitudes) for item in found.instances)
     return look.comparison.noise.dof - taken >= FEWEST_REPLICATES
-
-
-def _same_noise(one: Comparison, other: Comparison) -> bool:
-    same_size = abs(one.noise.sigma / other.noise.sigma - 1.0) < _SAME_NOISE
-    return same_size and one.noise.rho == other.noise.rho

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import cache, partial
+from itertools import tee
 from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.discovery.columns import orthonormal, without
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone import silent_first
 from accelcal.discovery.explanation import Explanation, best_instances, best_place, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.spans import orthonormal, without
-from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.discovery.untold import scales
 from accelcal.effects.time import APPROACH, USUAL
 
@@ -37,22 +38,13 @@ _WORTH = 6.6
 """Squares that a time constant must take up: by noise alone it does so once in a hundred."""
 
 
-class Levels:
+def _levels(family: Family, alpha: float, most: int) -> Iterator[list[Explanation]]:
     """Sets of one effect, of two and so on, best first, each level made of the one before."""
-
-    def __init__(self, family: Family, alpha: float, most: int) -> None:
-        self._family, self._alpha, self._most = family, alpha, most
-        self._found: list[list[Explanation]] = []
-
-    def __iter__(self) -> Iterator[list[Explanation]]:
-        """Each level, which is worked out the first time that somebody asks for it."""
-        for level in range(self._most):
-            if level == len(self._found):
-                beam: list[frozenset[int]] = [frozenset()]
-                if level:
-                    beam = [_indices(self._family, e) for e in self._found[-1][:_BEAM]]
-                self._found.append(_larger(self._family, beam, self._alpha))
-            yield self._found[level]
+    beam: list[frozenset[int]] = [frozenset()]
+    for _ in range(most):
+        found = _larger(family, beam, alpha)
+        yield found
+        beam = [_indices(family, e) for e in found[:_BEAM]]
 
 
 class Findings(NamedTuple):
@@ -67,7 +59,7 @@ class Findings(NamedTuple):
     """Where nothing explains it, or noise as well, the effects that come nearest."""
     main: Explanation | None = None
     """Where nothing explains it whole, effects that take up nearly all of it, see `in_the_main`."""
-    levels: Iterable[list[Explanation]] = ()  # all sets that were tried, and larger ones
+    levels: Iterable[list[Explanation]] = ()  # all sets that were tried, and larger ones, once
 
     @property
     def named(self) -> tuple[Explanation, ...]:
@@ -95,7 +87,8 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
 
     The false-alarm rate alpha is that over the whole family; `most` is how many effects at once.
     """
-    before, levels = judge(family), Levels(family, alpha, most)
+    before = judge(family)
+    levels, again = tee(_levels(family, alpha, most))  # worked out when somebody asks for them
     nearest: Explanation | None = None
     for tried in levels if before.p_value < alpha else ():
         needed = [e for e in tried if max(e.p_values) < alpha]
@@ -105,9 +98,11 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         if passing and _is_sure(passing[0], alpha):
             more = _beside_another_start(family, passing[0], alpha)
             found = silent_first(family.comparison, (*more, *passing), alpha)
-            return Findings(before, found, None, None, levels)
-        nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
-    return Findings(before, (), nearest, None, levels)
+            return Findings(before, found, None, None, again)
+        # those that leave only noise come nearest; rounding alone orders nothing
+        both = [*needed, *filter(None, [nearest])]
+        nearest = max(both, key=lambda e: (e.passes, float(f"{e.squares:.6g}")), default=None)
+    return Findings(before, (), nearest, None, again)
 
 
 def in_the_main(
@@ -147,11 +142,6 @@ def _beside_another_start(
         if chance(ratio, space.dof, 2) * family.tries.max() < alpha:
             return (more,)
     return ()
-
-
-def _nearness(found: Explanation) -> tuple[bool, float]:
-    """Sets that leave only noise come nearest, whatever larger sets take up."""
-    return found.passes, float(f"{found.squares:.6g}")  # rounding alone orders nothing
 
 
 def _is_sure(found: Explanation, alpha: float) -> bool:

@@ -1,22 +1,30 @@
-"""The model with effects in it, solved, and the coefficients beside them."""
+"""The model with effects in it, solved: the coefficients beside them, and the gap to the readings.
+
+The gap is that of the readings that were fitted, and of those that the others predict.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, solve
+from accelcal.discovery.columns import cycle, lengths, scaled
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.space import whitener_of
 from accelcal.discovery.untold import Untold, not_shown, slopes, smooth
+from accelcal.numerics.grouping import cells, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.results.findings import Change
+from accelcal.results.findings import Change, Gap
 from accelcal.results.quantity import Quantity
+
+APART = 2.0
+"""Standard uncertainties from which on a coefficient is another one."""
 
 _DETERMINED = 1e-6
 _RANK = 1e-9
@@ -67,6 +75,28 @@ def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[
     """
     one, two = _coefficients(comparison, before), _coefficients(comparison, after)
     return tuple(Change(name, one[name], two[name]) for name in one if name in two)
+
+
+def unlike(
+    comparison: Comparison, some: Sequence[Instance], others: Sequence[Instance]
+) -> tuple[str, ...]:
+    """Coefficients that are not the same beside some effects and beside others.
+
+    The slopes of the scale factor go with it, and are the same over it.
+    """
+    bare = solution(comparison)
+    one, two = (changes(comparison, bare, solution(comparison, own)) for own in (some, others))
+    pairs = zip(one, two, strict=True)
+    unlike = [old.coefficient for old, new in pairs if apart(old, new) > APART]
+    return tuple(name for name in unlike if not name.startswith("K1 "))
+
+
+def apart(one: Change, other: Change) -> float:
+    """Tell by how many standard uncertainties a coefficient is another one beside other effects."""
+    uncertainty = one.after.standard_uncertainty
+    if not uncertainty or one.after.value is None or other.after.value is None:
+        return 0.0
+    return abs(one.after.value - other.after.value) / uncertainty
 
 
 def by_reading(comparison: Comparison, fit: Solution) -> Array:
@@ -158,3 +188,62 @@ def _unit(name: str) -> str:
     symbol, _, side = name.partition(" ")
     unit = _UNITS[symbol]
     return {"1": "1/degC"}.get(unit, f"{unit}/degC") if side else unit
+
+
+_FOLDS = 10
+
+
+def gap_of(fit: Solution, held_out: float | None) -> Gap:
+    """Gap that a fit leaves, with that of readings left out."""
+    return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
+
+
+def gaps_along(comparison: Comparison, instances: Sequence[Instance], seed: int = 0) -> list[Gap]:
+    """Gap without effects, with the first one, the first two, to all, see `held_out_rms`."""
+    sets = [instances[:k] for k in range(len(instances) + 1)]
+    held = held_out_rms(comparison, sets, seed)
+    return [gap_of(solution(comparison, own), out) for own, out in zip(sets, held, strict=True)]
+
+
+def held_out_rms(
+    comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0
+) -> list[float | None]:
+    """Rms of reading minus prediction, each reading predicted from other cycles [g].
+
+    There is one for each set of effects in the model, whose sizes are fitted anew and nonlinear
+    parameters kept; None where there is one cycle only. The seed is that of the cycle that is left
+    out at each run, position and sense of rotation.
+    """
+    c = comparison.model.conditions
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    models = [np.hstack([jacobian, columns_of(effects, c)]) for effects in sets]
+    residual = comparison.residual
+    models = [np.column_stack([scaled(own)[0], residual]) for own in models]
+    squares, readings = np.zeros(len(sets)), 0
+    for out in _folds(comparison, np.random.default_rng(seed)):
+        others = whitener_of(comparison.spread.among(~out))
+        for place, own in enumerate(models):
+            known = others.whitened(own[~out])
+            solved = np.linalg.lstsq(known[:, :-1], known[:, -1], rcond=_RANK)[0]
+            missed = own[out, -1] - own[out, :-1] @ solved
+            squares[place] += float(missed @ missed)
+        readings += int(out.sum())
+    return [float(np.sqrt(total / readings)) if readings else None for total in squares]
+
+
+def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
+    """Readings left out in turn: in each cell another cycle, as a shuffled order has it.
+
+    Of more than `_FOLDS` cycles, several are left out at a time.
+    """
+    c = comparison.model.conditions
+    cycles = grouped(cycle(c))[0]
+    if cycles.size < 2:
+        return
+    cell = cells(c.run, np.round(c.angle, 6), c.rotation)
+    shift = rng.integers(cycles.size, size=int(cell.max()) + 1)
+    turn = (np.searchsorted(cycles, cycle(c)) + shift[cell]) % cycles.size
+    turn %= _FOLDS
+    for fold in range(min(cycles.size, _FOLDS)):
+        if (turn == fold).any() and (turn != fold).any():
+            yield turn == fold

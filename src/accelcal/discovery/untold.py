@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.columns import lengths, orthonormal, without
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, all_own_columns, own_columns, replaced
-from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
@@ -49,7 +49,7 @@ class Untold(NamedTuple):
     highest: float  # up to where it may lie
     tied: bool
     """Whether coefficients of the model that are estimated make up the amplitude of its effect,
-    and so tell it, see `accelcal.discovery.tied`."""
+    and so tell it, see `accelcal.discovery.parameters`."""
 
     @property
     def spread(self) -> float:

@@ -14,11 +14,10 @@ import numpy as np
 
 from accelcal.accelerometer import Accelerometer
 from accelcal.calibrate.fit import fit
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.family import family_of, with_rates
+from accelcal.discovery.instance import searched_among
 from accelcal.discovery.noise.of_readings import ReadingNoise
-from accelcal.discovery.prospects.aliases import aliases
-from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
+from accelcal.discovery.prospects.audit import aliases, designed, smallest_detectable, undetectable
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.uncertainty import counted
 from accelcal.geometry import accelerations

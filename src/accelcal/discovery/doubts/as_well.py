@@ -14,19 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import compress, product
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import MOVES, coefficient_columns
+from accelcal.discovery.columns import MOVES, coefficient_columns, orthonormal, squares_in
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.doubts.dead_zone_or_cube import unlike
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
-from accelcal.discovery.silence import silent_in
-from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.large_effects import silent_in
+from accelcal.discovery.solution import unlike
 from accelcal.discovery.untold import fitted_sizes, scales
 from accelcal.effects.effect import Effect
 from accelcal.model import symbol_of
@@ -34,21 +32,17 @@ from accelcal.numerics.grouping import distinct
 from accelcal.plural import listed
 from accelcal.units import MICRO
 
-_LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
-    {
-        "root": np.sqrt,
-        "square": np.square,
-        "logarithm": lambda part: np.log1p(_EARLY * part),
-    }
-)
+_LAWS: Mapping[str, Callable[[Array], Array]] = {
+    "root": np.sqrt,
+    "square": np.square,
+    "logarithm": lambda part: np.log1p(_EARLY * part),
+}
 """Laws by which something slow goes with the part of the time that has passed."""
 
-_POWERS: Mapping[str, Sequence[tuple[int, str]]] = MappingProxyType(
-    {
-        "a_i": ((3, "even"), (4, "odd"), (5, "even"), (5, "odd"), (6, "even")),
-        "a_p": ((1, "even"), (2, "odd"), (3, "even"), (4, "odd"), (5, "even"), (5, "odd")),
-    }
-)
+_POWERS: Mapping[str, Sequence[tuple[int, str]]] = {
+    "a_i": ((3, "even"), (4, "odd"), (5, "even"), (5, "odd"), (6, "even")),
+    "a_p": ((1, "even"), (2, "odd"), (3, "even"), (4, "odd"), (5, "even"), (5, "odd")),
+}
 """Powers that are no mixture of those of the model and of the catalogue."""
 
 _SATURATIONS = (0.2, 0.3, 0.4)

@@ -7,34 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone import said_of_rivals, said_of_silence
 from accelcal.discovery.doubts.as_well import not_listed, said_of_ends
-from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
-from accelcal.discovery.doubts.otherwise import (
-    Alternatives,
-    Otherwise,
-    said_of_laws,
-)
+from accelcal.discovery.doubts.otherwise import Alternatives, Otherwise
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.look import Look
-from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.parameters import parameters_of, said_of_not_shown
 from accelcal.discovery.search import cancels
-from accelcal.discovery.tied import said_of_not_shown
-from accelcal.discovery.unnamed.any_pattern import any_patterns
-from accelcal.discovery.unnamed.mistaken import Instead
-from accelcal.discovery.unnamed.wandering import (
+from accelcal.discovery.unnamed.mistaken import Instead, any_patterns
+from accelcal.discovery.unnamed.slow import (
     LIKELY,
     POSSIBLE,
     Wandering,
     size_in_a_run,
     wandering_in_its_run,
 )
-from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
-from accelcal.discovery.untimed import going_on
+from accelcal.discovery.unwritten import going_on, said_of_temperatures
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import are, counted, listed
@@ -52,9 +44,6 @@ _OFTEN = 0.05
 
 _OUTLIERS = 4
 """Readings on either side of a step in its run, fewer of which could as well be outliers."""
-
-_PARTNERS = 0.7
-"""Cosine of two effects from which the size of one rests on the other."""
 
 _CORRELATED = 0.3
 """Correlation of neighbours from which noise with a memory makes steps."""
@@ -96,17 +85,25 @@ def caveats(
     coefficients are others too.
     """
     comparison, family, found = look.comparison, look.family, look.findings.named
+    yield from _in_the_main(look)
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
     if found:
         yield from map(Caveat, said_of_not_shown(comparison, best))
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
-        yield from map(Caveat, said_of_laws(alternatives))
+        for law in alternatives.laws:  # other places stand beside the own one
+            to_tell = law.effect.to_tell_apart
+            yield Caveat(f"{law.name} explains these readings as well; to tell: {to_tell}")
         yield from (Caveat(other.said) for other in others)
         of_any = list(_of_any_pattern(family, found[0]))
         yield from of_any
-        yield from _of_cancelling(comparison, found[0])
+        if cancels(comparison, found[0]):
+            yield not_sure(
+                sorted(found[0].ids),
+                "they mostly take back each other, and these readings show no more than what is"
+                " left of them, which something outside the catalogue could as well be",
+            )
         silence = list(said_of_silence(comparison, found[0]))
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
         yield from _of_the_first_readings(comparison, best)
@@ -120,6 +117,19 @@ def caveats(
         yield from _wandering(look.walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best, left)
+
+
+def _in_the_main(look: Look) -> Iterator[Caveat]:
+    """Say how much effects explain that do not explain all."""
+    main, seen = look.findings.main, look.comparison.seen
+    if main is not None:
+        names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
+        yield Caveat(
+            f"of the disagreement {min(share, 99.9):.1f} % is that of {listed(names)}; the"
+            " rest is more than noise, of something else or of these beyond their laws for small"
+            " sizes, and U does not count it",
+            names,
+        )
 
 
 def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -138,16 +148,6 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
             f" catalogue has, as a voltmeter of two ranges or a worn head, would look as much like"
             f" {them} in up to {100.0 * each.chance:.0f} % of cases; measure at positions between"
             " these",
-        )
-
-
-def _of_cancelling(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
-    """Effects that mostly take back each other, whose small difference alone the readings show."""
-    if cancels(comparison, best):
-        yield not_sure(
-            sorted(best.ids),
-            "they mostly take back each other, and these readings show no more than what is left of"
-            " them, which something outside the catalogue could as well be",
         )
 
 
@@ -191,50 +191,28 @@ def _of_steps(
     for place, item in enumerate(instances):
         if item.effect.id == "bias-step":
             step, first = parameters_of(comparison, instances)[place]["step"], item.shape["reading"]
-            reasons = [*_few_readings(comparison, first), *_slower(comparison, step, left)]
+            reasons = list(_reasons(comparison, first, step, left))
             if walk := walks.get(first):
                 reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
             if reasons:
                 yield not_sure([item.effect.id], f"{listed(reasons)}; repeat the run")
 
 
-def _few_readings(comparison: Comparison, first: float) -> Iterator[str]:
-    """Reason to doubt a step with but a few readings of its run on one side."""
+def _reasons(
+    comparison: Comparison, first: float, step: Quantity, left: Unexplained | None
+) -> Iterator[str]:
+    """Reasons to take a step for outliers, or for something slower."""
     c = comparison.model.conditions
     own = c.number[c.run == c.run[c.order[int(first) - 1]]]
     fewest = min(np.count_nonzero(own < first), np.count_nonzero(own >= first))
     if 0 < fewest < _OUTLIERS:
         yield f"{fewest} readings alone, which may be outliers, lie on one side of it in its run"
-
-
-def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) -> Iterator[str]:
-    """Reasons to take a step for something slower."""
     if left is not None:
         yield "something shows beside it that no effect explains"
     if (rho := comparison.noise.rho) > _CORRELATED:
         yield f"neighbouring readings are correlated ({rho:+.2f})"
     if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
         yield "its uncertainty is more than a third of it"
-
-
-def of_partners(
-    comparison: Comparison, instances: Sequence[Instance], doubted: Collection[str]
-) -> Iterator[Caveat]:
-    """Effects whose size rests on a doubted one, as each takes back what the other does."""
-    ids = [item.effect.id for item in instances]
-    cosines = np.abs(comparison.directions(*instances).T @ comparison.directions(*instances))
-    for place, name in enumerate(ids):
-        leant = [
-            other
-            for other, cosine in zip(ids, cosines[place], strict=True)
-            if other in doubted and other != name and cosine > _PARTNERS
-        ]
-        if leant and name not in doubted:
-            yield not_sure(
-                [name],
-                f"its size rests on {listed(leant)}, which acts nearly alike and is not sure; both"
-                " together may stand for something else",
-            )
 
 
 def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

@@ -18,13 +18,17 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.doubts.dead_zone_or_cube import APART, apart
 from accelcal.discovery.explanation import Explanation, explain_as_well
-from accelcal.discovery.instance import Instance, amplitude_columns, instance_of, replaced
+from accelcal.discovery.instance import (
+    Instance,
+    amplitude_columns,
+    instance_of,
+    instances_of,
+    replaced,
+)
 from accelcal.discovery.parameters import parameters_of
-from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.solution import APART, apart, changes, solution
 from accelcal.discovery.untold import scales, untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
@@ -196,15 +200,6 @@ def places_of(item: Instance, c: Conditions) -> Iterator[Instance]:
         moved = item._replace(shape={**item.shape, **dict(where)})
         if moved != item:
             yield moved
-
-
-def said_of_laws(alternatives: Alternatives) -> Iterator[str]:
-    """Say of which effects the readings do not tell by which law they go.
-
-    At which other places one may be stands beside its own place.
-    """
-    for law in alternatives.laws:
-        yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
 
 
 class Otherwise(NamedTuple):

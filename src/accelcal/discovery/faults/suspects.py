@@ -1,11 +1,13 @@
 """Readings that their replicates contradict, one after the other, the worst first.
 
 Several faults hide one another, so suspects are taken out beyond the first that chance explains;
-the last one that it does not explain takes those before it along (Rosner's generalised test).
+the last one that it does not explain takes those before it along (Rosner's generalised test). How
+likely one is so far off hangs on how heavy the tails of the others are.
 """
 
 from __future__ import annotations
 
+import math
 from functools import reduce
 from typing import NamedTuple
 
@@ -13,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.faults.heavy_tails import chance_of
 from accelcal.discovery.noise.pure_error import (
     TELLING,
     PureError,
@@ -144,11 +145,8 @@ def _named(step: Suspect, alpha: float) -> bool:
 
 def _pairs(c: Conditions) -> Places:
     """Pairs of readings of one stroke, shape (2, k)."""
-    stroke = grouped(c.run * (int(c.stroke.max()) + 1) + c.stroke)[1]
-    order = np.argsort(stroke, kind="stable")
-    ends = np.flatnonzero(np.diff(stroke[order])) + 1
-    groups = np.split(order, ends)
-    return np.hstack([own[np.array(np.triu_indices(own.size, 1))] for own in groups])
+    strokes = grouped(c.run * (int(c.stroke.max()) + 1) + c.stroke).parts
+    return np.hstack([own[np.array(np.triu_indices(own.size, 1))] for own in strokes])
 
 
 def _exchange(views: Views, pairs: Places) -> Suspect | None:
@@ -266,3 +264,43 @@ def _rival(views: Views, reading: int) -> tuple[Array, float]:
     step = np.zeros((weight.size, 1))
     step[own[best + 1 :], 0] = weight[own[best + 1 :]]
     return step, float(of_steps[best])
+
+
+_TAILS = (4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, math.inf)
+"""Degrees of freedom of Student's distributions that the noise may have."""
+
+_NORMAL = 5.0
+"""Weight of normal noise beforehand, over that of each heavier tail."""
+
+_STEPS = 25
+
+
+def chance_of(size: float, rest: Array, dof: float, least: float) -> float:
+    """Two-sided chance of one deviation, from the size and the tails of the others.
+
+    It is the mean of the chances under Student's distributions of several tails, each with the
+    weight that the likelihood of the others gives it. These have the variance of the one, shape
+    (n,), and amount to `dof` degrees of freedom; the noise has no smaller scale than `least` [g].
+    """
+    scales, logs = zip(*(_fit(rest, nu, least) for nu in _TAILS), strict=True)
+    weights = np.exp((np.array(logs) - max(logs)) * min(dof / rest.size, 1.0))
+    weights[-1] *= _NORMAL
+    chances = [
+        2.0 * student_survival(abs(size) / scale, min(nu, max(dof, 1.0)))
+        for nu, scale in zip(_TAILS, scales, strict=True)
+    ]
+    return float(weights @ np.array(chances) / weights.sum())
+
+
+def _fit(rest: Array, nu: float, least: float) -> tuple[float, float]:
+    """Scale of a Student distribution, and its log likelihood."""
+    square = max(float(rest @ rest) / rest.size, least**2)
+    if math.isinf(nu):
+        loss = rest.size * math.log(square) + float(rest @ rest) / square
+        return math.sqrt(square), -0.5 * (loss + rest.size * math.log(2.0 * math.pi))
+    for _ in range(_STEPS):
+        weight = (nu + 1.0) / (nu + rest**2 / square)
+        square = max(float(weight @ rest**2) / rest.size, least**2)
+    front = math.lgamma((nu + 1.0) / 2.0) - math.lgamma(nu / 2.0) - 0.5 * math.log(nu * math.pi)
+    tail = 0.5 * (nu + 1.0) * float(np.log1p(rest**2 / (nu * square)).sum())
+    return math.sqrt(square), rest.size * (front - 0.5 * math.log(square)) - tail

@@ -11,7 +11,7 @@ from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.instance import contribution, instance_of
-from accelcal.discovery.silence import silent_by
+from accelcal.discovery.large_effects import silent_by
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError

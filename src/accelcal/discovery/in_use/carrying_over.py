@@ -67,7 +67,8 @@ class Meeting(NamedTuple):
         if not self.of_one_unit:
             shown = f"discover it in this unit: {item.effect.to_tell_apart}"
             return f"was found in another unit, serial {model.serial}", shown
-        if not _alike(column_of(item, c), column_of(item, self._there(c))):
+        here, there = column_of(item, c), column_of(item, self._there(c))
+        if np.linalg.norm(here - there) > VISIBLE * np.linalg.norm(there):
             made = f"T0 = {model.T0_degC:g} degC"
             return f"was found as a law about {made}", f"calibrate with {made}"
         return None
@@ -105,10 +106,6 @@ def on_one_head(record: TumbleRecord, model: Discovery) -> bool | None:
         return True
     theirs = {HEAD: model.head_name, STAND: model.stand_name}
     return same_head(theirs, names_of(record.metadata))
-
-
-def _alike(one: Array, other: Array) -> bool:
-    return bool(np.linalg.norm(one - other) <= VISIBLE * np.linalg.norm(other))
 
 
 def with_a_place(meeting: Meeting) -> tuple[tuple[FoundEffect, ...], tuple[str, ...]]:

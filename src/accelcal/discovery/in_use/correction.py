@@ -9,7 +9,7 @@ cannot show keeps the size that the discovery gave it, or stays in the readings,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
@@ -17,18 +17,24 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.as_searched import (
-    said_of_temperatures,
-    with_temperatures_of_runs,
-)
+from accelcal.discovery.columns import orthonormal, scaled
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.doubts.as_well import said_of_ends
-from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, left_undecided
-from accelcal.discovery.exact_law import straightened
-from accelcal.discovery.gaps import gaps_along
+from accelcal.discovery.dead_zone import (
+    OPEN,
+    SILENCED,
+    has_open_width,
+    in_fit,
+    left_undecided,
+    may_be_wider,
+    of_open_width,
+)
+from accelcal.discovery.in_use.another_record import (
+    InPlace,
+    in_own_shape,
+    in_place,
+    said_of_effects,
+)
 from accelcal.discovery.in_use.carrying_over import LeftIn, Meeting, with_a_place
-from accelcal.discovery.in_use.in_place import InPlace, in_place, said_in_place
-from accelcal.discovery.in_use.own_shape import in_own_shape, said_of_denied, said_of_places
 from accelcal.discovery.instance import (
     Instance,
     all_own_columns,
@@ -38,19 +44,16 @@ from accelcal.discovery.instance import (
     instance_of,
     sizes_of,
 )
+from accelcal.discovery.large_effects import silent_by, silent_in, straightened, unheard
 from accelcal.discovery.parameters import parameters_of
-from accelcal.discovery.silence import silent_by, silent_in, unheard
-from accelcal.discovery.spans import orthonormal, scaled
-from accelcal.discovery.unnamed.wide_dead_zone import (
-    OPEN,
-    SILENCED,
-    has_open_width,
-    may_be_wider,
-    of_open_width,
-)
-from accelcal.discovery.untimed import in_pauses, shows_going_on
+from accelcal.discovery.solution import gaps_along
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
-from accelcal.effects.catalogue import catalogue
+from accelcal.discovery.unwritten import (
+    in_pauses,
+    said_of_temperatures,
+    shows_going_on,
+    with_temperatures_of_runs,
+)
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance import covariance_root
 from accelcal.record import TumbleRecord
@@ -183,20 +186,8 @@ def _without(
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
         in_place=others,
-        said=(*nothing.said, *said, *_said(comparison, fitted, others, model)),
+        said=(*nothing.said, *said, *said_of_effects(comparison, others, model, fitted)),
     )
-
-
-def _said(
-    comparison: Comparison,
-    fitted: Sequence[Instance],
-    others: Sequence[InPlace],
-    model: Discovery,
-) -> Iterator[str]:
-    yield from said_in_place(others, model, fitted)
-    yield from said_of_ends(comparison, fitted, catalogue())
-    yield from said_of_denied(comparison, fitted)
-    yield from said_of_places(comparison, fitted, model.effects)
 
 
 def _with_sizes(

@@ -92,13 +92,8 @@ def twin(model: Discovery) -> Twin:
         unit=model.output_unit,
         serial=model.serial,
     )
-    noise = NoiseComponents(
-        reading=sizes.get("reading", 0.0),
-        head=sizes.get("head", 0.0),
-        launch=sizes.get("launch", 0.0),
-        launch_sf=sizes.get("launch_sf", 0.0),
-        temperature=sizes.get("temperature", 0.0),
-    )
+    names = ("reading", "head", "launch", "launch_sf", "temperature")
+    noise = NoiseComponents(**{name: sizes.get(name, 0.0) for name in names})
     return Twin(accelerometer, noise, disturbances(model.effects))
 
 

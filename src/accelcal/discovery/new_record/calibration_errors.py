@@ -22,12 +22,12 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import OF_ONE_AXIS, PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.of_table import cross_name, estimator_of
-from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import (
     ERRORS,
     Simulated,
     freed_angle,
     is_freed,
+    known_noise,
     simulated_readings,
 )
 from accelcal.errors import InputError
@@ -229,7 +229,8 @@ class _Table(NamedTuple):
 
 def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Array]:
     """Head positions, and what the error of each does to `ERRORS`."""
-    if not _is_told(calibration):
+    told = all(table.residuals.angle_deg for table in calibration.tables)
+    if not told or is_corrected(calibration):  # no readings, or the head did not act on them
         return _NOT_TOLD
     try:
         tables = list(_tables(calibration, found))
@@ -248,12 +249,6 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
         freed = is_freed(calibration, axis.name)
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
     return positions, by_head @ _missed(calibration, found, tables, positions)
-
-
-def _is_told(calibration: Calibration) -> bool:
-    """Whether readings are there, and the head acted on them as its errors are."""
-    told = all(table.residuals.angle_deg for table in calibration.tables)
-    return told and not is_corrected(calibration)
 
 
 def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:

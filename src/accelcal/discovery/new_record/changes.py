@@ -13,15 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, places_of
-from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.noise.covariance import Covariance, Whitener, whitener_of
+from accelcal.discovery.new_record.calibration_errors import places_of
+from accelcal.discovery.new_record.same_clamping import Seen
+from accelcal.discovery.space import Covariance, Whitener, whitener_of
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import told_apart
 from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_UNITS
@@ -37,16 +36,14 @@ _RANK = 1e-9
 _TOLD = 1e-6
 """A change is told where less than this part of it may be that of another one."""
 
-_NAMES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "K0": ("bias", "g"),
-        "K1": ("scale_factor", "1"),
-        "M": ("misalignment", "rad"),
-        "K2": ("k2", ERROR_UNITS["k2"]),
-        "K3": ("k3", ERROR_UNITS["k3"]),
-        "M_ip": ("delta_ip", ERROR_UNITS["delta_ip"]),
-    }
-)
+_NAMES: Mapping[str, tuple[str, str]] = {
+    "K0": ("bias", "g"),
+    "K1": ("scale_factor", "1"),
+    "M": ("misalignment", "rad"),
+    "K2": ("k2", ERROR_UNITS["k2"]),
+    "K3": ("k3", ERROR_UNITS["k3"]),
+    "M_ip": ("delta_ip", ERROR_UNITS["delta_ip"]),
+}
 """Coefficient of (1) -> name and unit of its change."""
 
 _ALWAYS = "K0", "K1", "M"
@@ -58,10 +55,7 @@ class Uncertain(NamedTuple):
 
     spread: Covariance
     """Their covariance, in which what few degrees of freedom tell counts as larger."""
-    sigma: float  # noise of a reading [g]
-    dof: float  # degrees of freedom of that
-    errors: CalibrationErrors  # errors of the calibration
-    larger: Array  # their covariance as it is in `spread`, (18, 18)
+    larger: Array  # covariance of the errors of the calibration as it is in `spread`, (18, 18)
     by_head: Array
     """What the errors of the head positions of the record do, of the size that they have in
     `spread`, (n, k) [g]."""
@@ -83,32 +77,32 @@ class Changed(NamedTuple):
     they are seen better; without those that nothing tells."""
 
 
-def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Iterator[Changed]:
+def changes(seen: Seen, known: Uncertain) -> Iterator[Changed]:
     """Fit the coefficients of each run beside those of the calibration.
 
     There are two of a run with readings in both cross axes, of which each has a misalignment.
     """
-    for label, own in _runs_and_axes(record):
-        run = _run(simulated, known, own)
-        level = record.select(own).mean_temperature
+    for label, own in _runs_and_axes(seen.record):
+        run = _run(seen, known, own)
+        level = seen.record.select(own).mean_temperature
         together, of_three = _fitted(run, run.told), _fitted(run, _ALWAYS)
         told = RunChange(
             run=label,
             temperature_degC=level if np.isfinite(level) else None,
-            rms=float(np.sqrt(np.mean(simulated.residual[own] ** 2))),
-            mounting=", ".join(distinct(record.mounting[own]).tolist()),
+            rms=float(np.sqrt(np.mean(seen.simulated.residual[own] ** 2))),
+            mounting=", ".join(distinct(seen.record.mounting[own]).tolist()),
             **together,
         )
         pairs = [*together.items(), *of_three.items()]
         yield Changed(told, {name: change for name, change in pairs if change.value is not None})
 
 
-def notes_of_positions(record: TumbleRecord, simulated: Simulated) -> Iterator[str]:
+def notes_of_positions(seen: Seen) -> Iterator[str]:
     """Say how positions were taken, and which coefficients those of a run do not tell apart."""
-    yield from said_of_positions(record)
+    yield from said_of_positions(seen.record)
     said: dict[str, None] = {}
-    for _, own in _runs_and_axes(record):
-        columns = simulated.by_error[own]
+    for _, own in _runs_and_axes(seen.record):
+        columns = seen.simulated.by_error[own]
         said |= dict.fromkeys(told_apart(columns[:, places_of(columns)]).sentences())
     yield from (f"changes in this record: {sentence}" for sentence in said)
 
@@ -116,7 +110,7 @@ def notes_of_positions(record: TumbleRecord, simulated: Simulated) -> Iterator[s
 class _Run(NamedTuple):
     """The n readings of a record, those of a run and axis among them."""
 
-    simulated: Simulated
+    seen: Seen
     known: Uncertain
     own: Mask
     places: list[int]  # of the coefficients among the errors
@@ -131,10 +125,10 @@ class _Run(NamedTuple):
         return [name for name in COEFFICIENTS if name in (*_ALWAYS, *apart)]
 
 
-def _run(simulated: Simulated, known: Uncertain, own: Mask) -> _Run:
+def _run(seen: Seen, known: Uncertain, own: Mask) -> _Run:
     places, whitener = places_of(known.columns[own]), whitener_of(known.spread.among(own))
     columns = known.columns[:, places]
-    return _Run(simulated, known, own, places, columns, whitener, whitener.whitened(columns[own]))
+    return _Run(seen, known, own, places, columns, whitener, whitener.whitened(columns[own]))
 
 
 def _fitted(run: _Run, names: Sequence[str]) -> dict[str, Quantity]:
@@ -167,10 +161,10 @@ def _quantity(run: _Run, w: Array, whole: float, unit: str) -> Quantity:
 
     It has no value where an error of the calibration is in it that nothing bounds.
     """
-    known, errors, v = run.known, run.known.errors, run.simulated.by_error.T @ w
+    seen, known, errors, v = run.seen, run.known, run.seen.errors, run.seen.simulated.by_error.T @ w
     if np.any(np.abs(v[errors.unbounded]) > _TOLD):
         return Quantity(None, None, unit)
-    noise = known.sigma**2 * (w @ w)
+    noise = seen.noise.sigma**2 * (w @ w)
     counted = ((w @ known.by_head) ** 2).sum()
     head = counted / known.head_factor**2
     of_head = 0.0 if known.one_head else ((v @ errors.of_head) ** 2).sum()
@@ -179,11 +173,11 @@ def _quantity(run: _Run, w: Array, whole: float, unit: str) -> Quantity:
     variance = whole - too_large
     shares = v**2 * np.diagonal(errors.rest)
     mean = (shares / errors.freedom).sum() / (shares.sum() or 1.0)
-    over_dof = noise / known.dof + head / known.head_dof + of_head / errors.head_dof + rest * mean
+    over_dof = noise / seen.dof + head / known.head_dof + of_head / errors.head_dof + rest * mean
     dof = float(variance / over_dof) if over_dof > 0.0 else np.inf
     u = float(variance**0.5)
     expanded = student_quantile(LEVEL, dof) * u
-    value = float(w @ run.simulated.residual)
+    value = float(w @ seen.simulated.residual)
     return Quantity(value, u, unit, expanded, None if np.isinf(dof) else dof)
 
 

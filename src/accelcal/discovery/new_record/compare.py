@@ -1,8 +1,9 @@
-"""A new record against what a calibration simulates."""
+"""A new record against what a calibration simulates, and whether they suit each other."""
 
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
 from accelcal.discovery.new_record.changes import notes_of_positions
 from accelcal.discovery.new_record.errors_counted import (
@@ -19,31 +21,31 @@ from accelcal.discovery.new_record.errors_counted import (
     from_calibration,
     head_notes,
     notes,
+    said_of_usual_slopes,
+    with_usual_slopes,
 )
-from accelcal.discovery.new_record.judgement import Seen, judge
-from accelcal.discovery.new_record.repeatability import (
+from accelcal.discovery.new_record.judgement import judge
+from accelcal.discovery.new_record.same_clamping import Fixtures, Seen, is_one_head
+from accelcal.discovery.new_record.simulated import (
     hiding,
     known_noise,
     loud_runs,
     record_noise,
+    simulated_readings,
     step_of,
     worse_than_known,
 )
-from accelcal.discovery.new_record.same_clamping import Fixtures, is_one_head
-from accelcal.discovery.new_record.simulated import simulated_readings
-from accelcal.discovery.new_record.suited import suited
-from accelcal.discovery.new_record.undetermined import (
-    said_of_usual_slopes,
-    with_usual_slopes,
-)
 from accelcal.discovery.noise.of_readings import refuse_too_many, sources
-from accelcal.discovery.untimed import simulated_in_pauses
+from accelcal.discovery.unwritten import refuse_several_clampings, simulated_in_pauses
 from accelcal.effects.without_sources import without_sources
-from accelcal.errors import AccelcalWarning
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.estimate.at_positions import at_positions
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.disagreement import Disagreement
+from accelcal.units import conversion_factor
 from accelcal.version import SOFTWARE
 
 __all__ = ["compare", "residuals_of"]
@@ -112,7 +114,7 @@ def compare(
     """
     expect(calibration, Calibration)
     check_number_or_none(0.0, fixture_uncertainty=fixture_uncertainty)
-    found = _found(without_sources(calibration, BY_OTHERS))
+    found = compensation(without_sources(calibration, BY_OTHERS), effects=False)
     converted = suited(found, record)
     with naming(record):
         refuse_too_many(record)
@@ -138,11 +140,9 @@ def compare(
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
             *filter(None, [worse, said_of_noise]),
-            *coefficient_notes(calibration, found, simulated, errors.unbounded),
-            *notes(calibration, record, declared, own),
-            *(*said, *said_of_usual_slopes(fixtures, simulated, declared)),
-            *head_notes(calibration, declared, same, bool(errors.positions.size)),
-            *(*fixtures.notes(record), *notes_of_positions(converted, simulated)),
+            *(*coefficient_notes(seen), *notes(seen, record)),
+            *(*said, *said_of_usual_slopes(seen), *head_notes(seen, same)),
+            *(*fixtures.notes(record), *notes_of_positions(seen)),
         ),
         serial=record.serial,
         readings=len(record),
@@ -172,9 +172,71 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = _found(calibration)
+    found = compensation(calibration, effects=False)
     return simulated_readings(calibration, found, suited(found, record)).residual
 
 
-def _found(calibration: Calibration) -> Compensation:
-    return compensation(calibration, effects=False)
+_LARGEST = 1e6
+"""Reading of a tumble test above which it is none [g]."""
+
+
+def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
+    """Give a record at its positions, in the unit of the calibration that it is compared with.
+
+    Where one of both names no unit, the readings are taken as they are.
+
+    Raises
+    ------
+    InputError
+        If it is no record, in a unit of another quantity, of several clampings, far off any reading
+        in g, or outside the calibrated temperatures, or without temperatures where the calibration
+        depends on them.
+    """
+    expect(record, TumbleRecord)
+    refuse_several_clampings(record)
+    converted = record if found.output_unit is None else _in_unit(record, found.output_unit)
+    largest = float(np.abs(converted.output).max() / abs(found.K1.at_T0))
+    if largest > _LARGEST:
+        raise InputError(
+            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
+            " of its accelerometer, in the unit of the calibration"
+        )
+    _refuse_other_temperatures(found, converted)
+    return at_positions(converted)
+
+
+def _in_unit(record: TumbleRecord, unit: str) -> TumbleRecord:
+    """Readings, their deviations and their resolution in another unit of the same quantity."""
+    factor = 1.0 if record.unit is None else conversion_factor(record.unit, unit)
+    if factor is None:
+        raise InputError(
+            f"{record.source}: readings in {record.unit}, but the calibration is in {unit}; give"
+            " readings in its unit"
+        )
+    step = record.apparatus.resolution
+    return replace(
+        record.with_apparatus(resolution=None if step is None else step * factor),
+        output=record.output * factor,
+        std=None if record.std is None else record.std * factor,
+        unit=unit,
+    )
+
+
+def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> None:
+    if found.temperatures is None:
+        return
+    is_known = np.isfinite(record.temperature)
+    known, run = record.temperature[is_known], record.run[is_known]
+    if found.several_levels and known.size < len(record):
+        raise InputError(
+            f"{record.source}: {len(record) - known.size} readings without temperature, on which"
+            " the calibration depends; give their temperature"
+        )
+    of_runs = grouped(run)  # the temperatures of the calibration are means of runs, too
+    levels = np.bincount(of_runs.cell, weights=known) / of_runs.members
+    outside = levels[~within_temperatures(found.temperatures, levels)]
+    if outside.size:
+        problem = outside_temperatures(found.temperatures, float(outside[0]))
+        raise InputError(
+            f"{record.source}: {problem}; compare there, or calibrate at this temperature"
+        )

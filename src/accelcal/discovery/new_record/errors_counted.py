@@ -1,4 +1,7 @@
-"""The errors that a comparison counts with: as declared, else as the calibration knew them."""
+"""The errors that a comparison counts with: as declared, else as the calibration knew them.
+
+And what coefficients and slopes may be that the calibration does not determine.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +13,25 @@ from types import MappingProxyType
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Mask
-from accelcal.compensate.coefficients import Compensation
+from accelcal.arrays import Array
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.runs import said_of_runs
-from accelcal.discovery.new_record.calibration_errors import is_corrected
-from accelcal.discovery.new_record.same_clamping import is_same_file
-from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, is_corrected
+from accelcal.discovery.new_record.same_clamping import Seen, is_same_file
+from accelcal.discovery.new_record.simulated import ERRORS, gravity_ratio
 from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.uncertainty import share_taken_off
+from accelcal.geometry import accelerations
+from accelcal.model import design_matrix
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.plural import are, listed
+from accelcal.recalibrations.comparable import ALIKE, BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.record import TumbleRecord
 from accelcal.results.agreement import NOISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
-from accelcal.results.table import TableCalibration
 from accelcal.results.tables_in_use import tables_in_use
 
 HEAT = "temperature_uncertainty"
@@ -85,15 +91,13 @@ def _with_noise(source: ErrorSource, calibration: Calibration) -> ErrorSource:
     coefficient = SHIFTED.get(source.name)
     if coefficient is None or source.dof is None:
         return source
-    noise = [_noise_of(table, coefficient) ** 2 for table in calibration.tables]
-    whole = (source.value or 0.0) ** 2 + share_taken_off(source.dof) * np.mean(noise)
+    by_noise = [
+        table.budget.get(coefficient, {}).get("reading", 0.0)
+        / (table.coefficients["K1"].value or np.inf)
+        for table in calibration.tables
+    ]
+    whole = (source.value or 0.0) ** 2 + share_taken_off(source.dof) * np.mean(np.square(by_noise))
     return replace(source, value=float(np.sqrt(whole)))
-
-
-def _noise_of(table: TableCalibration, coefficient: str) -> float:
-    """What the noise of the readings does to a coefficient, over K1."""
-    noise = table.budget.get(coefficient, {}).get("reading", 0.0)
-    return abs(noise / (table.coefficients["K1"].value or np.inf))
 
 
 def size_counted(source: ErrorSource) -> float:
@@ -152,17 +156,9 @@ def _is_untold(source: ErrorSource) -> bool:
     return source.value is None or (is_zero and freedom(source) < _FEW)
 
 
-def notes(
-    calibration: Calibration,
-    record: TumbleRecord,
-    declared: Apparatus,
-    known: Mapping[str, ErrorSource],
-) -> Iterator[str]:
-    """Say what makes a comparison less than it seems, a sentence each.
-
-    The errors that are `declared` come from `counted`, those that are `known` from
-    `from_calibration`.
-    """
+def notes(seen: Seen, record: TumbleRecord) -> Iterator[str]:
+    """Say what makes a comparison with a record as it was given less than it seems."""
+    calibration = seen.fixtures.calibration
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
     yield from _units(calibration, record)
@@ -170,25 +166,21 @@ def notes(
         yield "the calibration was fitted to this very file: new readings would agree less well"
     if told := said_of_runs(calibration):
         yield f"the {told}"
-    if missing := [name for name in _NAMES if getattr(declared, name) is None]:
+    if missing := [name for name in _NAMES if getattr(seen.declared, name) is None]:
         yield f"{listed(missing)} {are(missing)} not declared: such errors look like a change"
     if any(table.shares for table in calibration.tables):
         yield (
             "the effects in the calibration count as they are named: if they are others that its"
             " warnings tell of, the readings may disagree though nothing has changed"
         )
-    yield from _few_degrees(known)
+    yield from _few_degrees(seen.known)
 
 
-def coefficient_notes(
-    calibration: Calibration, found: Compensation, simulated: Simulated, unbounded: Mask
-) -> Iterator[str]:
-    """Say where the coefficients of the calibration cannot be those of the record.
-
-    Of its errors, shape (18,), some are `unbounded`.
-    """
-    expected = simulated.simulated
-    ratio = float(simulated.reading @ expected / (expected @ expected or 1.0))
+def coefficient_notes(seen: Seen) -> Iterator[str]:
+    """Say where the coefficients of the calibration cannot be those of the record."""
+    calibration, found, _ = seen.fixtures
+    expected = seen.simulated.simulated
+    ratio = float(seen.simulated.reading @ expected / (expected @ expected or 1.0))
     if abs(ratio - 1.0) > _LIKE and np.ptp(expected) > _LIKE:
         yield (
             f"the readings are {ratio:.3g} times what the calibration simulates: mend their unit or"
@@ -203,32 +195,23 @@ def coefficient_notes(
             f"{''.join(stands)}"
         )
     of_other = found.other.symbols if found.other else ()
-    bare = list(compress((*found.symbols, *of_other), unbounded))
+    bare = list(compress((*found.symbols, *of_other), seen.errors.unbounded))
     if bare:
         have = "has" if len(bare) == 1 else "have"
         yield f"{listed(bare)} {have} no U in the calibration: what changes in them is not told"
 
 
-def head_notes(
-    calibration: Calibration,
-    declared: Apparatus,
-    same: bool | None,
-    told: bool,
-) -> Iterator[str]:
-    """Say what the head leaves open, a sentence each.
-
-    Whether both were measured on one head is `same`, None where nothing tells; whether the
-    calibration has the positions of its head is `told`.
-    """
-    if is_corrected(calibration):
+def head_notes(seen: Seen, same: bool | None) -> Iterator[str]:
+    """Say what the head leaves open, where both were measured on the `same` or nothing tells."""
+    if is_corrected(seen.fixtures.calibration):
         yield (
             "the calibration was corrected by the known errors of its head, the record is not: they"
             " are in the differences; on the same head, compare with a calibration that is not"
             " corrected, which has them as well"
         )
-    elif same is None and declared.head_uncertainty and not told:
+    elif same is None and seen.declared.head_uncertainty and not seen.errors.positions.size:
         yield "the calibration tells no positions of its head, or too many: it counts as another"
-    elif same is None and declared.head_uncertainty:
+    elif same is None and seen.declared.head_uncertainty:
         yield (
             "it is not known whether both were measured on one head, clamped alike: the intervals"
             " are the wider ones of both cases; name the head in a line '# head: NAME' of both"
@@ -269,3 +252,76 @@ def _few_degrees(known: Mapping[str, ErrorSource]) -> Iterator[str]:
             f"{listed(none)} {are(none)} not declared, and the calibration shows none, by few"
             " degrees of freedom: such errors look like a change"
         )
+
+
+_USUAL = dict(zip(SLOPES, 2 * (BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE, 0.0), strict=True))
+"""Standard uncertainty of slopes that nothing tells."""
+
+
+def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> CalibrationErrors:
+    """The same errors; of a calibration of one level, which tells no slopes, with usual ones."""
+    if found.several_levels:
+        return errors
+    sizes = np.array([_USUAL.get(name, 0.0) for name in ERRORS])
+    return errors._replace(
+        rest=errors.rest + np.diag(sizes**2), dof=np.where(sizes > 0.0, np.inf, errors.dof)
+    )
+
+
+def by_usual_heat(seen: Seen) -> Array:
+    """What errors of temperatures do beside a calibration of one level, by usual slopes.
+
+    There is one of all readings of the calibration, and one of each run of the record, where
+    declared; shape (n, k) [g].
+    """
+    runs = dummies(seen.simulated.conditions.run)
+    if seen.fixtures.found.several_levels:
+        return np.empty((len(runs), 0))
+    of_calibration, own = _heat(seen)
+    slopes = BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
+    acting = seen.simulated.by_error[:, [ERRORS.index(name) for name in ("k0", "K1")]] * slopes
+    by_run = (acting[:, :, None] * runs[:, None, :]).reshape(len(runs), -1)
+    return np.hstack([of_calibration * acting, own * by_run])
+
+
+def _heat(seen: Seen) -> tuple[float, float]:
+    known = heat_of(seen.fixtures.calibration)
+    return known or 0.0, seen.declared.temperature_uncertainty or 0.0
+
+
+def said_of_usual_slopes(seen: Seen) -> list[str]:
+    """Say that a record is beside the one level of its calibration, or may be."""
+    away, heat = float(np.abs(seen.simulated.conditions.excess).max()), max(_heat(seen))
+    if seen.fixtures.found.several_levels or max(away, heat) <= ALIKE:
+        return []
+    told = (
+        f"readings are up to {away:.2g} degC off the calibration, which tells"
+        if away > ALIKE
+        else f"temperatures have errors of {heat:.2g} degC, and the calibration tells"
+    )
+    return [
+        f"{told} no slopes: U counts what usual ones make of it, {1e6 * BIAS_PER_DEGREE:g} ug/degC"
+        f" and {1e6 * SCALE_FACTOR_PER_DEGREE:g} ppm/degC"
+    ]
+
+
+def undetermined(found: Compensation) -> list[int]:
+    """Places among `ERRORS` of what a calibration does not determine."""
+    symbols = (*found.symbols, *(found.other.symbols if found.other else ()))
+    return [place for place, symbol in enumerate(symbols) if symbol in found.undetermined]
+
+
+def of_undetermined(calibration: Calibration, found: Compensation) -> Array:
+    """What each coefficient that is not determined does to `ERRORS`, shape (18, k).
+
+    Those that are determined stand for what they took up of it at the angles of the calibration:
+    beside a K3 that is taken as 0, K1 is K1 + K3 in steps of 90 deg.
+    """
+    lost = undetermined(found)
+    acting = np.eye(len(ERRORS))[:, lost]
+    angle = tables_in_use(calibration, found.T0_degC).main.residuals.angle_deg
+    columns = design_matrix(accelerations(angle))
+    told = [place for place in range(len(PARAMETERS)) if place not in lost]
+    of_main = columns @ acting[: len(PARAMETERS)]
+    acting[told] -= np.linalg.pinv(columns[:, told]) @ of_main
+    return acting

@@ -1,42 +1,47 @@
-"""Whether a record disagrees with its calibration, by all that is uncertain in both."""
+"""Whether a record disagrees with its calibration, by all that is uncertain in both.
+
+What few degrees of freedom leave open counts in the chances. An error of a size s that was
+estimated with v degrees of freedom may have the size s sqrt(v / x), x of a chi-square distribution
+of v. The chance under each of these sizes, averaged over them, is that of Student's distribution
+(of one direction) or of Fisher's (of several) where no other error is there, and lies between
+theirs and that of known errors where there are others.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.columns import head_columns, saturated
-from accelcal.discovery.factors import blocks
-from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
-from accelcal.discovery.new_record.chances import Estimated, chances
+from accelcal.discovery.columns import (
+    head_columns,
+    lengths,
+    orthonormal,
+    saturated,
+    without,
+)
+from accelcal.discovery.factors import Block, blocks, by_factor, pattern, shares, structure
+from accelcal.discovery.family import chance
 from accelcal.discovery.new_record.changes import Changed, Uncertain, changes, wider
 from accelcal.discovery.new_record.errors_counted import (
     HEAT,
+    by_usual_heat,
     freedom,
+    of_undetermined,
     size_counted,
     too_little_told,
+    undetermined,
     untold,
 )
-from accelcal.discovery.new_record.same_clamping import Fixtures, head_difference, is_turned_over
-from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.new_record.undetermined import (
-    by_usual_heat,
-    of_undetermined,
-    undetermined,
-)
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
-from accelcal.discovery.space import Space, space_of
-from accelcal.discovery.where import by_factor, pattern, shares, structure
+from accelcal.discovery.new_record.same_clamping import Seen, head_difference, is_turned_over
+from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES, acting, covariance
+from accelcal.discovery.space import Covariance, Space, space_of, whitener_of
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
-from accelcal.record import TumbleRecord
 from accelcal.results.agreement import (
     ALPHA,
     HIDING,
@@ -51,21 +56,6 @@ from accelcal.results.quantity import ErrorSource, Quantity
 
 _LEVEL = 0.5 * ALPHA
 """Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
-
-
-class Seen(NamedTuple):
-    """A record beside what its calibration simulates, with all that is uncertain in both."""
-
-    record: TumbleRecord
-    simulated: Simulated
-    noise: ReadingNoise
-    dof: float
-    declared: Apparatus
-    known: dict[str, ErrorSource]
-    errors: CalibrationErrors
-    step: float
-    paused: Array
-    fixtures: Fixtures
 
 
 class Judged(NamedTuple):
@@ -157,9 +147,6 @@ def _judged(seen: Seen, same: bool) -> Judged:
     factor, dof = _head_as_counted(seen)
     known = Uncertain(
         spread=spread,
-        sigma=seen.noise.sigma,
-        dof=seen.dof,
-        errors=seen.errors,
         larger=larger,
         by_head=by_head,
         head_factor=factor,
@@ -168,7 +155,7 @@ def _judged(seen: Seen, same: bool) -> Judged:
         lost=undetermined(seen.fixtures.found),
         columns=_columns(seen),
     )
-    by_factors, found = by_factor(where), list(changes(seen.record, seen.simulated, known))
+    by_factors, found = by_factor(where), list(changes(seen, known))
     return Judged(
         where=by_factors,
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
@@ -245,8 +232,7 @@ def _spread(seen: Seen) -> Covariance:
     """Covariance of all errors but those of the head and of the calibration's coefficients."""
     others = replace(seen.declared, head_uncertainty=None)
     own = covariance(seen.simulated.conditions, seen.noise, others, seen.step)
-    by_heat = by_usual_heat(seen.fixtures, seen.simulated, seen.declared)
-    return own.with_shared(np.hstack([seen.paused, by_heat]))
+    return own.with_shared(np.hstack([seen.paused, by_usual_heat(seen)]))
 
 
 def _space(seen: Seen, spread: Covariance) -> Space:
@@ -255,3 +241,92 @@ def _space(seen: Seen, spread: Covariance) -> Space:
     # and no replicates are set apart to estimate the noise anew.
     repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
     return space_of(whitener_of(spread), np.empty((len(record), 0)), repeating)
+
+
+_ENDLESS = 10**6
+_LOGITS = np.linspace(-14.0, 14.0, 41)
+"""Logits of the probabilities at which sizes are tried; the trapezoidal rule is exact enough."""
+
+_NEW = 1e-6
+"""Part of a column beyond others above which it is not rounding."""
+
+
+class Estimated(NamedTuple):
+    """Errors of which some sizes were estimated."""
+
+    acting: Array  # change of the n readings by each error, (n, k) [g per unit]
+    counted: Array  # covariance of the errors that the space is whitened by, (k, k)
+    sized: Callable[[Callable[[float], float]], Array]
+    """The covariance, were the sizes other than estimated: of a function that gives the size over
+    its estimate, of the degrees of freedom of that."""
+
+
+def chances(
+    space: Space,
+    seen: Array,
+    blocks: Sequence[Block],
+    known_dof: float,
+    errors: Estimated,
+) -> list[float]:
+    """Chance that noise makes each factor disagree as much, not yet honest for their number.
+
+    Each of the blocks is orthogonal to those before it. Of the noise that the space is whitened by,
+    the degrees of freedom are known, where no replicates tell it anew.
+    """
+    repeated = space.dof >= FEWEST_REPLICATES
+    dof = space.dof if repeated else min(known_dof, _ENDLESS)
+    variance = float(space.pure_error(seen)) / dof if repeated else 1.0
+    sizes = [block.basis.shape[1] for block in blocks]
+    tried = list(_under_all_sizes(space, seen, blocks, errors))
+    return [
+        float(
+            sum(
+                weight * chance(np.array(each[i] / size / variance), dof, size)
+                for weight, each in tried
+            )
+        )
+        for i, size in enumerate(sizes)
+    ]
+
+
+def _under_all_sizes(
+    space: Space, seen: Array, blocks: Sequence[Block], errors: Estimated
+) -> Iterator[tuple[float, list[float]]]:
+    """Weight of each size that is tried, and the sums of squares of the blocks under it.
+
+    Under another covariance, what a factor has beyond those before it are innovations: Cholesky's
+    factor forms them, of the factors in the reverse of their order.
+    """
+    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
+    acting = space.see(errors.acting)
+    bases = np.hstack([block.basis for block in reversed(blocks)])
+    left = without(acting, bases)
+    beyond = orthonormal(left[:, lengths(left) > _NEW * lengths(acting)])
+    coordinates = np.hstack([beyond, bases]).T
+    shown, acted = coordinates @ seen, coordinates @ acting
+    ends = np.cumsum([block.basis.shape[1] for block in blocks])
+    for weight, factor in sizes_left_open():
+        change = acted @ (errors.sized(factor) - errors.counted) @ acted.T
+        lower = np.linalg.cholesky(np.eye(shown.size) + change)
+        squares = np.cumsum(solve_triangular(lower, shown, lower=True)[::-1] ** 2)[ends - 1]
+        yield weight, np.diff(squares, prepend=0.0).tolist()
+
+
+def sizes_left_open() -> Iterator[tuple[float, Callable[[float], float]]]:
+    """Weights, and the sizes over their estimates, all large together or all small.
+
+    A size is given by a function of the degrees of freedom of its estimate.
+    """
+    from scipy.special import expit, gammaincinv  # type: ignore[import-untyped]
+
+    levels = expit(_LOGITS)
+    weights = levels * expit(-_LOGITS)
+    for level, weight in zip(levels.tolist(), (weights / weights.sum()).tolist(), strict=True):
+
+        def factor(dof: float, level: float = level) -> float:
+            return (
+                1.0 if np.isinf(dof) else float(np.sqrt(0.5 * dof / gammaincinv(0.5 * dof, level)))
+            )
+
+        yield weight, factor

@@ -11,17 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import ERRORS, Simulated, is_freed
+from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.estimate.same_head import is_same_head
 from accelcal.head_angles import head_positions
 from accelcal.model import CROSS_AXES
 from accelcal.numerics.grouping import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import ErrorSource
 
 _MISALIGNMENTS = ERRORS.index("delta"), ERRORS.index("other delta")
 _ANGLES = ERRORS.index("delta0"), ERRORS.index("other delta0")
@@ -85,6 +88,21 @@ class Fixtures(NamedTuple):
                     " fixture angle counts as a change of the misalignment; calibrate on both"
                     " sides, or give its standard uncertainty by fixture_uncertainty=..."
                 )
+
+
+class Seen(NamedTuple):
+    """A record beside what its calibration simulates, with all that is uncertain in both."""
+
+    record: TumbleRecord
+    simulated: Simulated
+    noise: ReadingNoise
+    dof: float  # degrees of freedom of the noise
+    declared: Apparatus  # errors that count
+    known: dict[str, ErrorSource]  # those of them that the calibration knew, by their names
+    errors: CalibrationErrors
+    step: float  # step of the readings [g]
+    paused: Array  # what effects may do in pauses that no times tell, (n, k) [g]
+    fixtures: Fixtures
 
 
 def is_one_head(

@@ -15,12 +15,11 @@ import numpy as np
 
 from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import cycle_of, dummies, head_columns
-from accelcal.discovery.noise.covariance import Covariance
-from accelcal.discovery.noise.declared import in_units_of
-from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.columns import cycle_of, dummies, head_columns, orthonormal, without
+from accelcal.discovery.space import Covariance
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE
 from accelcal.numerics.grouping import cells, distinct
 from accelcal.numerics.lag_sums import neighbours, polynomial
@@ -138,11 +137,8 @@ def reading_noise(
     excess, by_chance = _excess_kurtosis(error, basis, variance)
     heavy = excess > _BEYOND_CHANCE * by_chance
     sigma = float(np.sqrt(variance))
-    return ReadingNoise(sigma, rho, dof, _tails(excess), relative, possible, heavy)
-
-
-def _tails(excess: float) -> float:
-    return next((dof for least, dof in _TAILS if excess > least), np.inf)
+    tails = next((freedom for least, freedom in _TAILS if excess > least), np.inf)
+    return ReadingNoise(sigma, rho, dof, tails, relative, possible, heavy)
 
 
 def _excess_kurtosis(error: Array, basis: Array, variance: float) -> tuple[float, float]:
@@ -264,3 +260,31 @@ def acting(c: Conditions) -> dict[str, Array]:
         "launch_sf_uncertainty": (c.gain * c.indicated)[:, None] * runs,
         "temperature_uncertainty": (c.gain * c.per_degree)[:, None] * runs,
     }
+
+
+_ALIKE = 1e-9
+
+
+def relative_noise(record: TumbleRecord) -> Array | None:
+    """Standard deviation of each reading by its std and n, over the root mean square of all.
+
+    It is None where not all readings have a std, or all are alike. Those of few samples are drawn
+    together where they differ by chance, see `accelcal.estimate.declared_scatter`.
+    """
+    if record.std is None:
+        return None
+    size = np.empty(len(record))
+    for mask in record.table_masks():
+        found = declared_scatter(record.select(mask))
+        if found.dof is None:
+            return None
+        size[mask] = found.size
+    relative = size / np.sqrt(np.mean(size**2))
+    return relative if np.ptp(relative) > _ALIKE else None
+
+
+def in_units_of(relative: Array | None, values: Array) -> Array:
+    """Values of readings, shape (n,) or (n, k), over the noise of each; as they are without it."""
+    if relative is None:
+        return values
+    return np.asarray(values / (relative if values.ndim == 1 else relative[:, None]))

@@ -43,61 +43,36 @@ def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...
     here = min(levels, key=lambda level: abs(level - reference_temperature))
     at = f" at {here:g} degC" if len(set(levels)) > 1 else ""
     plan = replace(_plan_of(record), temperatures=(here,), strokes=STROKES)
-    turned = replace(plan, angles=tuple(angle + 90.0 for angle in plan.angles or ()))
-    return (
-        *_same(record, plan, levels, at),
-        *_positions(plan, at),
-        Block(
-            "re-clocked",
-            f"2 strokes{at} with the unit turned by 90 deg in its clamp on the head",
-            turned,
-            90.0,
-        ),
-        *_mountings(plan, at),
-        *_temperatures(plan, levels, reference_temperature),
-    )
-
-
-def _same(record: TumbleRecord, plan: TumblePlan, levels: list[float], at: str) -> Iterator[Block]:
-    strokes = int(record.stroke.max())
+    strokes, angles = int(record.stroke.max()), np.array(plan.angles)
     again = replace(plan, temperatures=tuple(levels), strokes=strokes)
-    yield Block("same-test", "the same test again", again)
-    yield Block(
-        "longer-run", f"a run of {2 * strokes} strokes{at}", replace(plan, strokes=2 * strokes)
-    )
-
-
-def _positions(plan: TumblePlan, at: str) -> Iterator[Block]:
-    angles = np.array(plan.angles)
+    longer = replace(plan, strokes=2 * strokes)
     heads = distinct(head_positions(angles))
     half = median(np.diff(np.append(heads, heads[0] + 360.0))) / 2.0
-    between = replace(plan, angles=tuple((angles + half).tolist()))
-    yield Block(
-        "offset-positions",
-        f"2 strokes{at} at positions {half:g} deg apart from the old ones",
-        between,
-    )
     every = distinct(np.concatenate([angles, angles[angles < angles.max()] + half]))
-    finer = replace(plan, angles=tuple(every.tolist()))
-    yield Block(
-        "finer-positions", f"2 strokes{at} at the old positions and those {half:g} deg on", finer
-    )
-    by_30 = replace(plan, angles=tuple(turn_angles(12).tolist()))
-    yield Block("30-deg-positions", f"2 strokes{at} at positions 30 deg apart", by_30)
-
-
-def _mountings(plan: TumblePlan, at: str) -> Iterator[Block]:
     axis, side = plan.mountings[-1][0], plan.mountings[-1][1]
-    reversed_, other = axis + "+-"[side == "+"], "op"[axis == "o"] + side
-    yield Block(
-        "reversed-mounting",
-        f"2 strokes{at} with the unit turned by 180 deg about its input axis, mounting {reversed_}",
-        replace(plan, mountings=(reversed_,)),
-    )
-    yield Block(
-        "other-axis",
-        f"2 strokes{at} with the other cross axis in the rotation plane, mounting {other}",
-        replace(plan, mountings=(other,)),
+    turned_over, other = axis + "+-"[side == "+"], "op"[axis == "o"] + side
+
+    def block(name: str, how: str, own: TumblePlan, clocking: float = 0.0) -> Block:
+        return Block(name, f"2 strokes{at} {how}", own, clocking)
+
+    def positions(own: Array) -> TumblePlan:
+        return replace(plan, angles=tuple(own.tolist()))
+
+    old = f"at positions {half:g} deg apart from the old ones"
+    finer = f"at the old positions and those {half:g} deg on"
+    clocked = "with the unit turned by 90 deg in its clamp on the head"
+    over = f"with the unit turned by 180 deg about its input axis, mounting {turned_over}"
+    across = f"with the other cross axis in the rotation plane, mounting {other}"
+    return (
+        Block("same-test", "the same test again", again),
+        Block("longer-run", f"a run of {2 * strokes} strokes{at}", longer),
+        block("offset-positions", old, positions(angles + half)),
+        block("finer-positions", finer, positions(every)),
+        block("30-deg-positions", "at positions 30 deg apart", positions(turn_angles(12))),
+        block("re-clocked", clocked, positions(angles + 90.0), 90.0),
+        block("reversed-mounting", over, replace(plan, mountings=(turned_over,))),
+        block("other-axis", across, replace(plan, mountings=(other,))),
+        *_temperatures(plan, levels, reference_temperature),
     )
 
 
@@ -173,8 +148,8 @@ def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
 def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
     """Add the readings of a later test of the same accelerometer on the same stand.
 
-    What is declared is that of the first. Runs of the second have labels of their own, and its
-    clock starts one pause between runs after the first one.
+    What is declared is that of the first. The runs are numbered, and the clock of the second
+    starts one pause between runs after the first one.
     """
     numbered = first.positions == second.positions
     both: dict[str, Any] = {
@@ -185,7 +160,7 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
         first,
         **both,
         run=np.concatenate([first.run, second.run + len(first.run_labels)]),
-        run_labels=_labels(first, second),
+        run_labels=tuple(map(str, range(1, 1 + len(first.run_labels + second.run_labels)))),
         position=np.concatenate([first.position, second.position * numbered]),
         time=_appended(first.time, _clock(first, second)),
         line=None,
@@ -194,16 +169,6 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
 
 def _appended(one: NDArray[Any] | None, other: NDArray[Any] | None) -> NDArray[Any] | None:
     return None if one is None or other is None else np.asarray(np.concatenate([one, other]))
-
-
-def _labels(first: TumbleRecord, second: TumbleRecord) -> tuple[str, ...]:
-    labels = list(first.run_labels)
-    for label in second.run_labels:
-        number = len(labels) + 1
-        while label in labels:
-            label, number = str(number), number + 1
-        labels.append(label)
-    return tuple(labels)
 
 
 def _clock(first: TumbleRecord, second: TumbleRecord) -> Array | None:

@@ -9,37 +9,39 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
-from accelcal.arrays import Mask
-from accelcal.discovery.as_searched import as_searched
-from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.discover import answered, check_search
-from accelcal.discovery.doubts.dead_zone_or_cube import in_place_of
-from accelcal.discovery.instance import Instance
-from accelcal.discovery.look import Question
-from accelcal.discovery.silence import DEAD_ZONE, silent_readings
-from accelcal.discovery.stand.joint_fit import coefficients, without_head
-from accelcal.discovery.stand.mean_unit import (
-    Unit,
-    check_one_plan,
-    mean_unit,
-    on_one_stand,
-)
-from accelcal.discovery.stand.one_value import FEWEST, one_value
-from accelcal.discovery.stand.ownership import (
-    Looker,
-    Own,
-    common_effects,
-    head_of,
-    instances_in,
-    own_effects,
-)
-from accelcal.discovery.unnamed.wide_dead_zone import (
+from accelcal.discovery.dead_zone import (
     OPEN,
+    in_place_of,
     said_of_silence,
     unbounded,
     without_bound,
 )
+from accelcal.discovery.discover import answered, check_search
+from accelcal.discovery.family import judge
+from accelcal.discovery.instance import Instance, searched_among
+from accelcal.discovery.large_effects import DEAD_ZONE, silent_readings
+from accelcal.discovery.look import Question
+from accelcal.discovery.stand.ownership import (
+    FEWEST,
+    Looker,
+    Own,
+    common_effects,
+    explained,
+    head_of,
+    instances_in,
+    one_value,
+    own_effects,
+)
+from accelcal.discovery.stand.units import (
+    Unit,
+    check_one_plan,
+    coefficients,
+    mean_unit,
+    on_one_stand,
+    without_head,
+)
+from accelcal.discovery.unwritten import as_searched
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import refuse_twice
@@ -192,20 +194,11 @@ def _units(stand: _Stand, shared: tuple[Instance, ...], own: dict[int, Own]) -> 
         alone = own[number].instances if number in own else ()
         bare = record.with_apparatus(head_uncertainty=None)
         question = stand.question
-        silent = _silent(bare, question, (*shared, *alone))
-        comparison = compared(
-            bare, question.reference, question.delta0, (*shared, *alone), silent=silent
-        )
-        found.append(Unit.of(comparison, alone))
+        asked, known = (bare, question.reference, question.delta0), (*shared, *alone)
+        zones = [item for item in known if item.effect.id == DEAD_ZONE]
+        silent = silent_readings(*asked, zones[:1]) if zones else None
+        found.append(Unit.of(compared(*asked, known, silent=silent), alone))
     return found
-
-
-def _silent(record: TumbleRecord, question: Question, known: Sequence[Instance]) -> Mask | None:
-    """Readings that a dead zone among known effects silences, as `accelcal.discover` finds them."""
-    zones = [item for item in known if item.effect.id == DEAD_ZONE]
-    if not zones:
-        return None
-    return silent_readings(record, question.reference, question.delta0, zones[:1])
 
 
 def _shared(units: Sequence[Unit], common: Discovery, alpha: float) -> tuple[Instance, ...]:
@@ -222,17 +215,18 @@ def _own(
     """Effects of the units that had some already, and of the clearest one that is new."""
     level = stand.alpha_of_a_unit
     looks = [looker(state.units, number, shared) for number in range(len(state.units))]
-    new = [n for n, look in enumerate(looks) if n not in state.own and look.p_value < level]
-    new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].family.comparison.seen ** 2))))
+    chance = [judge(look).p_value for look in looks]
+    new = [n for n, p_value in enumerate(chance) if n not in state.own and p_value < level]
+    new.sort(key=lambda n: (chance[n], -float(np.sum(looks[n].comparison.seen ** 2))))
     found = {}
     for number in [*state.own, *new[:1]]:
-        explanations, complete = looks[number].explained(level, stand.question.most)
+        explanations, complete = explained(looks[number], level, stand.question.most)
         if not explanations:
             found[number] = Own((), (), (), complete)
             continue
         best = explanations[0]
         others = tuple(in_place_of(explanations, best, item.effect.id) for item in best.instances)
-        silence = tuple(said_of_silence(looks[number].family.comparison, best))
+        silence = tuple(said_of_silence(looks[number].comparison, best))
         found[number] = Own(best.instances, others, best.p_values, complete, silence)
     return found
 
@@ -290,7 +284,7 @@ def _hinging_on_one_head(stand: _Stand, state: _State) -> tuple[int, ...]:
         return ()
     looker = Looker(stand.question.effects, stand.head, stand.question.seed, one_head=False)
     looks = {n: looker(state.units, n, state.shared) for n in sorted(state.own)}
-    return tuple(n for n, look in looks.items() if look.p_value >= stand.alpha_of_a_unit)
+    return tuple(n for n, look in looks.items() if judge(look).p_value >= stand.alpha_of_a_unit)
 
 
 def _doubtful(state: _State, hinging: Sequence[int]) -> tuple[str, ...]:

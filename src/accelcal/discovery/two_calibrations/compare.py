@@ -14,13 +14,15 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.discovery.new_record.chances import sizes_left_open
 from accelcal.discovery.new_record.errors_counted import too_little_told, untold
+from accelcal.discovery.new_record.judgement import sizes_left_open
 from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
+    common_range,
     in_units_of,
+    indication,
     of_output,
     size_changes,
     told_coefficients,
@@ -33,11 +35,13 @@ from accelcal.discovery.two_calibrations.errors import (
     side_of,
     stated_errors,
 )
-from accelcal.discovery.two_calibrations.indicated import common_range, indication
-from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
-from accelcal.discovery.two_calibrations.suited import (
+from accelcal.discovery.two_calibrations.notes import (
     common_temperature,
     factor_of_unit,
+    heads_tried,
+    is_one_head,
+    left_out,
+    notes,
     refuse_two_units,
 )
 from accelcal.errors import InputError
@@ -77,7 +81,7 @@ def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> Joi
     The covariance, shape (p, p), is a function of a factor that gives the size of an error over its
     estimate, by the degrees of freedom of the estimate. The sum of squares is with the sizes as
     estimated; the chance is the mean over all sizes that few degrees of freedom leave open, as in
-    `accelcal.discovery.new_record.chances`.
+    `accelcal.discovery.new_record.judgement`.
     """
     whitener = _whitener(covariance(lambda _: 1.0))
     p, seen = len(whitener), whitener @ differences
@@ -91,10 +95,9 @@ def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> Joi
     return JointTest(float(seen @ seen), p, min(chance, 1.0))
 
 
-def joint_test_if_known(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
-    """Test as `joint_test`, were errors known to have the sizes that they count with for U."""
-    counted = covariance(lambda dof: student_quantile(LEVEL, dof) / NORMAL_FACTOR)
-    return joint_test(differences, lambda _: counted)
+def _as_counted(dof: float) -> float:
+    """Size of an error over its estimate with which it counts for U."""
+    return student_quantile(LEVEL, dof) / NORMAL_FACTOR
 
 
 def _whitener(covariance: Array) -> Array:
@@ -210,7 +213,7 @@ def compare_calibrations(
         temperature_degC=level,
         same_head=same,
         coefficients=(
-            *_changes(_with_outputs(pair), errors),
+            *_changes(pair, errors),
             *sizes,
         ),
         joint=joint,
@@ -228,18 +231,14 @@ def _told(own: Side) -> ComparedCalibration:
     )
 
 
-def _with_outputs(pair: _Pair) -> _Pair:
-    """The same with the coefficients in the output unit, which follow from those of the errors."""
-    if ("K1", None) not in pair.old:
-        return pair
-    unit = pair.sides[0].found.output_unit or "output unit"
-    return pair._replace(
-        old={**pair.old, **of_output(pair.old, unit)}, new={**pair.new, **of_output(pair.new, unit)}
-    )
-
-
 def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChange]:
-    """Each coefficient in both, with the wider interval of its difference."""
+    """Each coefficient in both, with the wider interval of its difference.
+
+    Those in the output unit follow from those of the errors.
+    """
+    if ("K1", None) in pair.old:
+        unit = pair.sides[0].found.output_unit or "output unit"
+        pair = _Pair(pair.sides, *({**own, **of_output(own, unit)} for own in (pair.old, pair.new)))
     units = [own.unit for own in pair.old.values()]
     stated = [
         _quantities(
@@ -272,17 +271,20 @@ def _joint(
     pair: _Pair,
     temperature: float | None,
     heads: Sequence[bool],
-    *,
-    test: Callable[[Array, Callable[[Factor], Array]], JointTest] = joint_test,
+    known: Factor | None = None,
 ) -> JointTest:
-    """Test all differences at once, by the larger chance of one head and of two if both `heads`."""
+    """Test all differences at once, by the larger chance of one head and of two if both `heads`.
+
+    Errors may be `known` to have other sizes than their estimates.
+    """
     by_errors = pair.by_errors
 
     def covariance(same_head: bool, factor: Factor) -> Array:
-        errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=factor)
+        own = known or factor
+        errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=own)
         return np.asarray(by_errors @ errors.covariance @ by_errors.T)
 
-    tests = [test(pair.differences, partial(covariance, head)) for head in heads]
+    tests = [joint_test(pair.differences, partial(covariance, head)) for head in heads]
     return max(tests, key=lambda test: test.p_value)
 
 
@@ -307,7 +309,7 @@ def _explained_by(
         explains = least_of([free.p_value, *chances]) >= ALPHA
     else:
         names = [too_little_told(own) for own in both]
-        known = _joint(pair, temperature, heads, test=joint_test_if_known)
+        known = _joint(pair, temperature, heads, _as_counted)
         if_known = (chance_if_known(size.difference) for size in sizes)
         explains = least_of([known.p_value, *if_known]) < ALPHA
     return tuple(dict.fromkeys(chain(*names))) if explains else ()
@@ -327,13 +329,8 @@ def _indicated(
     units = ["g"] * a_i.size
     found = _widest(_quantities(values, by_errors, own, units) for own in whole)
     length = max(path_length(by_errors @ own.covariance @ by_errors.T) for own in whole)
-    return [
-        IndicatedChange(a, own, _half_width(own, length))
-        for a, own in zip(a_i.tolist(), found, strict=True)
+    factors = [simultaneous_quantile(LEVEL, own.dof or np.inf, length) for own in found]
+    return [  # with the half width of the band that holds everywhere
+        IndicatedChange(a, own, factor * (own.standard_uncertainty or 0.0))
+        for a, own, factor in zip(a_i.tolist(), found, factors, strict=True)
     ]
-
-
-def _half_width(own: Quantity, length: float) -> float:
-    """Half width at one point of the band that holds everywhere on a path."""
-    factor = simultaneous_quantile(LEVEL, own.dof or np.inf, length)
-    return factor * (own.standard_uncertainty or 0.0)

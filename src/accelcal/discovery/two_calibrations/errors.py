@@ -91,11 +91,6 @@ class Side(NamedTuple):
         told = self.calibration
         return tuple(item for item in told.effects if item.id not in told.effects_as_found)
 
-    @property
-    def by_fixture(self) -> Array:
-        """What an uncertainty of the fixture angle in each cross axis does, shape (18, 2)."""
-        return by_fixture(self.calibration, self.found, self.fixture or 0.0)
-
 
 def side_of(name: str, calibration: Calibration, fixture: float | None = None) -> Side:
     """Take what a calibration gives; `fixture` as in `Side`.
@@ -173,17 +168,13 @@ class Errors(NamedTuple):
         return Errors(*whole)
 
 
-def _as_estimated(_: float) -> float:
-    return 1.0
-
-
 def errors_of_both(
     old: Side,
     new: Side,
     temperature: float | None,
     *,
     same_head: bool,
-    factor: Callable[[float], float] = _as_estimated,
+    factor: Callable[[float], float] = lambda _: 1.0,
 ) -> Errors:
     """Covariance of the errors of two calibrations that matter in their difference.
 
@@ -235,7 +226,7 @@ def _fixtures(old: Side, new: Side, *, same_head: bool) -> list[Array]:
     """What independent errors of the fixture angles do: one, where both were clamped alike."""
     acting = [np.zeros((2 * _SIZE, len(CROSS_AXES))) for _ in _PLACES]
     for own, place, side in zip(acting, _PLACES, (old, new), strict=True):
-        own[place] = side.by_fixture
+        own[place] = by_fixture(side.calibration, side.found, side.fixture or 0.0)
     return [acting[0] + acting[1]] if same_head else acting
 
 

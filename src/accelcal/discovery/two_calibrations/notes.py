@@ -1,17 +1,25 @@
-"""What two calibrations have in common, what cannot be compared, and what is left open."""
+"""What two calibrations have in common, what cannot be compared, and what is left open.
+
+They must be of one unit, one quantity and one temperature.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 
 from accelcal.compensate.of_table import cross_name
-from accelcal.compensate.ranges import unknown_shifts
+from accelcal.compensate.ranges import (
+    TEMPERATURE_MARGIN,
+    outside_temperatures,
+    unknown_shifts,
+    within_temperatures,
+)
 from accelcal.compensate.runs import said_of_runs
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of
-from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.new_record.same_clamping import said_of_fixture
-from accelcal.discovery.new_record.simulated import is_freed
+from accelcal.discovery.new_record.simulated import hiding, is_freed
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
@@ -20,12 +28,16 @@ from accelcal.discovery.two_calibrations.coefficients import (
 )
 from accelcal.discovery.two_calibrations.errors import Side
 from accelcal.effects.left_in_use import of_the_test
+from accelcal.errors import InputError
 from accelcal.estimate.same_head import is_same_head
 from accelcal.estimate.trend import FEW
 from accelcal.model import COEFFICIENT_OF, SLOPES
 from accelcal.plural import are, listed
 from accelcal.recalibrations.comparable import ALIKE
+from accelcal.results.calibration import Calibration
 from accelcal.results.tables_in_use import tables_in_use
+from accelcal.serials import serials_alike
+from accelcal.units import conversion_factor
 
 _NOT_TOLD = "not determined"
 _ELSEWHERE = " elsewhere a difference of g looks like a change of K1"
@@ -70,12 +82,13 @@ def left_out(
 ) -> dict[Name, str]:
     """Say why coefficients that one calibration or both determine are not compared."""
     found: dict[Name, str] = {}
+    apart = abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0))
     for name in dict.fromkeys([*one, *other]):
         symbol, axis = name
         missing = [own.name for own, told in ((old, one), (new, other)) if name not in told]
         if missing:
             found[name] = f"{_NOT_TOLD} by the {missing[0]} calibration"
-        elif symbol in SLOPES and _references_differ(old, new):
+        elif symbol in SLOPES and apart > ALIKE:
             found[name] = "slopes above and below another T0"
         elif symbol == "delta" and axis and _angles_differ(old, new, axis):
             found[name] = (
@@ -85,10 +98,6 @@ def left_out(
         elif (meanings := [_meaning(own, *name) for own in (old, new)])[0] != meanings[1]:
             found[name] = f"it is {meanings[0]} in the old calibration, {meanings[1]} in the new"
     return found
-
-
-def _references_differ(old: Side, new: Side) -> bool:
-    return abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0)) > ALIKE
 
 
 def _angles_differ(old: Side, new: Side, axis: str) -> bool:
@@ -116,22 +125,20 @@ def notes(
     """Say what makes a comparison less than it seems, a sentence each."""
     if are_of_one_file(old, new):
         yield "both calibrations are of the same readings: new ones would agree less well"
-    yield from _of_large_errors(old, new)
+    for own in (old, new):
+        if told := hiding(own.error_sources):
+            yield f"{own.name} calibration: {told}"
     yield from _not_compared(lost)
     yield from _of_head(old, new, same)
     yield from _of_fixture(old, new, same, lost)
     yield from _of_gravity(old, new, same)
     yield from _of_unit(old, new)
     yield from _of_temperature(old, new, temperature)
-    yield from _of_runs(old, new)
+    for own in (old, new):
+        if told := said_of_runs(own.calibration):
+            yield f"the {own.name} {told}"
     yield from _of_effects(old, new, same)
     yield from _of_launches(old, new)
-
-
-def _of_large_errors(old: Side, new: Side) -> Iterator[str]:
-    for own in (old, new):
-        if told := hiding(own.error_sources):
-            yield f"{own.name} calibration: {told}"
 
 
 def _not_compared(lost: Mapping[Name, str]) -> Iterator[str]:
@@ -233,12 +240,6 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
             )
 
 
-def _of_runs(old: Side, new: Side) -> Iterator[str]:
-    for own in (old, new):
-        if told := said_of_runs(own.calibration):
-            yield f"the {own.name} {told}"
-
-
 def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
     if set(old.effects) != set(new.effects):
         told = [f"the {own.name} one has {listed(own.effects) or 'none'}" for own in (old, new)]
@@ -282,3 +283,75 @@ def _of_launches(old: Side, new: Side) -> Iterator[str]:
             f"errors of the temperature are not declared of {_whose(names)}: they look like a"
             " change; give their temperature_uncertainty to accelcal fit"
         )
+
+
+def refuse_two_units(old: Calibration, new: Calibration) -> None:
+    """Refuse calibrations of two accelerometers.
+
+    Raises
+    ------
+    InputError
+        If both name their serial number, and differ in more than its spelling.
+    """
+    names = {own.serial for own in (old, new) if own.serial}
+    if len(names) == 2 and not serials_alike(names):
+        raise InputError(
+            f"the old calibration is that of {old.serial}, the new one that of {new.serial}; give"
+            " two of one accelerometer"
+        )
+
+
+def factor_of_unit(old: Side, new: Side) -> float:
+    """Output unit of the new calibration in that of the old one; 1 where one names none.
+
+    Raises
+    ------
+    InputError
+        If they are of two quantities.
+    """
+    unit, other = old.found.output_unit, new.found.output_unit
+    if unit is None or other is None:
+        return 1.0
+    factor = conversion_factor(other, unit)
+    if factor is None:
+        raise InputError(
+            f"the old calibration is of an output in {unit}, the new one in {other}; give two of"
+            " one output"
+        )
+    return factor
+
+
+def common_temperature(old: Side, new: Side, asked: float | None) -> float | None:
+    """Choose where to compare: as asked, else at T0 of the old one or next to it [degC].
+
+    It is None where one calibration knows none.
+
+    Raises
+    ------
+    InputError
+        If one of them is not good there, or there is none for which both are.
+    """
+    ranges = [(own.name, own.found.temperatures) for own in (old, new)]
+    known = [own for _, own in ranges if own is not None]
+    if asked is not None:
+        for name, own in ranges:
+            if own is not None and not within_temperatures(own, asked):
+                problem = outside_temperatures(own, asked)
+                raise InputError(f"{name} calibration: {problem}; compare where both are good")
+        return asked
+    if len(known) < 2:
+        return None
+    low, high = max(own[0] for own in known), min(own[1] for own in known)
+    if low - high > 2.0 * TEMPERATURE_MARGIN:
+        told = [f"the {name} one is for {_levels(*own)}" for name, own in ranges if own]
+        raise InputError(
+            f"no temperature at which both calibrations are good: {' and '.join(told)}; calibrate"
+            " at a common level"
+        )
+    if low > high:
+        return 0.5 * (low + high)
+    return min(max(old.found.T0_degC or 0.0, low), high)
+
+
+def _levels(low: float, high: float) -> str:
+    return f"{low:.4g} degC" if math.isclose(low, high) else f"{low:.4g} to {high:.4g} degC"

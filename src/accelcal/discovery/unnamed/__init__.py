@@ -1,1 +1,1 @@
-"""What stands in no catalogue: patterns, what comes and goes or wanders, laws of large sizes."""
+"""What stands in no catalogue: patterns, what comes and goes or wanders, what is taken for it."""

@@ -12,11 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
+from accelcal.discovery.columns import orthonormal
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import independent
-from accelcal.discovery.noise.declared import relative_noise
-from accelcal.discovery.noise.of_readings import memory
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.noise.of_readings import memory, relative_noise
 
 MOST = 600
 """Degrees of freedom above which nothing is looked for, as it would take minutes."""

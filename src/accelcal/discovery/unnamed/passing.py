@@ -14,12 +14,19 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies, saturated
+from accelcal.discovery.columns import (
+    SMALL_UNITS,
+    coefficient_columns,
+    dummies,
+    first_largest,
+    orthonormal,
+    saturated,
+    squares_in,
+)
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.factors import structure
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.spans import first_largest, orthonormal, squares_in
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
-from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped
 from accelcal.results.findings import Unexplained
@@ -73,7 +80,9 @@ def passing(
     kinds = [(kind, _WEIGHTS[what]) for what, kind in found.items() if kind.actions.size]
     if not kinds:
         return None
-    repeats = _all_that_repeats(comparison, instances)
+    saturation = saturated(c, comparison.record.mounting)
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    repeats = np.hstack([saturation, jacobian, columns_of(instances, c)])
     trial = tried(comparison, repeats, kinds, _RHOS, 1.0, seed)
     best = trial.best(alpha)
     if best is None:
@@ -81,7 +90,11 @@ def passing(
     see, white, alike = trial.likeliest(best)
 
     def explained(which: int) -> tuple[float, str]:
-        told, columns = _described(kinds[best][0], which, see, white)
+        kind = kinds[best][0]
+        place, variance = divmod(which, len(kind.variances))
+        columns = kind.columns(place)
+        sizes = np.linalg.lstsq(see @ columns, white)[0]
+        told = kind.told(place, kind.variances[variance], columns @ sizes)
         seen = orthonormal(comparison.space.see(columns))
         return squares_in(seen, comparison.seen) / float((comparison.seen**2).sum()), told
 
@@ -89,22 +102,6 @@ def passing(
     each = [explained(which) for which in alike]
     share, told = each[first_largest(np.array([own for own, _ in each]))]
     return Unexplained(told, share, float(trial.p_values[best]))
-
-
-def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> Array:
-    """Columns beside which pure error is left, which model and effects leave too, (n, k)."""
-    c = comparison.model.conditions
-    saturation = saturated(c, comparison.record.mounting)
-    jacobian = comparison.model.jacobian(comparison.parameters)
-    return np.hstack([saturation, jacobian, columns_of(instances, c)])
-
-
-def _described(kind: Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
-    """Words for a disturbance of a kind, in the size that suits an error, and its columns."""
-    place, variance = divmod(which, len(kind.variances))
-    columns = kind.columns(place)
-    sizes = np.linalg.lstsq(see @ columns, white)[0]
-    return kind.told(place, kind.variances[variance], columns @ sizes), columns
 
 
 # -- kinds of disturbances -------------------------------------------------------------------------

@@ -1,4 +1,14 @@
-"""The mean of several units on one stand: what they share stays, the noise of each averages out."""
+"""Units of one stand: their mean, and what they tell jointly of effects and of the head.
+
+In the mean what they share stays, the noise of each averages out. Jointly estimated, the readings
+of unit u, after its own effects and its base model have taken their part, are
+
+    z_u = S_u s + noise,    s = (sizes of the effects, errors of the head positions),
+
+with the same s in all units. So each unit adds S_u^T S_u to what is known of s, the declared
+uncertainty of the head is the start, and the matrices have the size of s. What the others tell of
+s is, for one unit, a correction with a covariance: nothing else is needed to fit it jointly.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +21,17 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.columns import head_columns
-from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.silence import silent_in
-from accelcal.discovery.solution import Solution, solution
+from accelcal.discovery.columns import head_columns, without
+from accelcal.discovery.comparison import Comparison, with_errors
+from accelcal.discovery.instance import Instance, column_of, columns_of
+from accelcal.discovery.large_effects import silent_in
+from accelcal.discovery.solution import Solution, changes, solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
+from accelcal.numerics.covariance import covariance_root, posterior
 from accelcal.plural import listed
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import Change
 
 
 class Unit(NamedTuple):
@@ -169,3 +181,111 @@ def _apparatus(
         launch_sf_uncertainty=averaged("launch_sf_uncertainty"),
         temperature_uncertainty=averaged("temperature_uncertainty"),
     )
+
+
+_LEAST = 1e-7
+"""Information below it, over that of each alone, is rounding."""
+
+_NOTHING = 1e-300
+"""Variance of what is known exactly: no number is divided by 0."""
+
+
+class Knowledge(NamedTuple):
+    """What is known of sizes and head positions."""
+
+    value: Array  # estimate, (k,)
+    covariance: Array  # its covariance, (k, k)
+
+
+def shared_columns(unit: Unit, shared: Sequence[Instance], head: float) -> Array:
+    """Change of the readings with the sizes and, if its uncertainty is above 0, with the head."""
+    c = unit.comparison.model.conditions
+    columns = columns_of(amplitudes(shared), c)
+    return np.hstack([columns, unit.head]) if head else columns
+
+
+def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: int) -> Knowledge:
+    """Estimate the shared part from some units and the declared uncertainty of the head [rad].
+
+    There are the sizes of all amplitudes, which are free, then the errors of the head positions
+    [rad], together `size`. Of the errors that look like coefficients in every unit, nothing but the
+    declaration is known.
+    """
+    sizes = len(amplitudes(shared))
+    declared = np.zeros(size)
+    declared[sizes:] = 1.0 / head**2 if head else 0.0
+    information, pull = np.diag(declared), np.zeros(size)
+    for unit in units:
+        columns = shared_columns(unit, shared, head)
+        own = unit.comparison.span(amplitudes(unit.own))
+        shown = without(unit.comparison.space.see(columns), own)
+        information = information + shown.T @ shown
+        pull = pull + shown.T @ unit.comparison.seen
+    return Knowledge(*posterior(information, pull, _LEAST))
+
+
+def of_another_head(told: Knowledge, positions: int, head: float) -> Knowledge:
+    """Forget the head positions, as for a unit on a head of its own, as good as declared [rad].
+
+    They are at the end of what other units told. Of them nothing but the declaration is left.
+    """
+    sizes = told.value.size - positions
+    covariance = head**2 * np.eye(told.value.size)
+    covariance[:sizes, :sizes] = told.covariance[:sizes, :sizes]
+    return Knowledge(np.append(told.value[:sizes], np.zeros(positions)), covariance)
+
+
+def without_head(
+    units: Sequence[Unit], shared: Sequence[Instance], head: float
+) -> tuple[Unit, ...]:
+    """Take the errors of the head positions out of units, as all of them together tell it.
+
+    All of them lack the same angles then, beside the effects that all may have.
+    """
+    if not head:
+        return tuple(units)
+    positions = units[0].head.shape[1]
+    told = known(units, shared, head, len(amplitudes(shared)) + positions)
+    found = []
+    for unit in units:
+        own = unit.comparison
+        by_head = own.space.see(unit.head @ told.value[-positions:])
+        found.append(unit._replace(comparison=own._replace(seen=own.seen - by_head)))
+    return tuple(found)
+
+
+def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison:
+    """Compare a unit again, with what is told of its stand taken out of its readings.
+
+    The columns, shape (n, k), are `shared_columns`. The uncertainty of what is told is in the
+    covariance.
+    """
+    old = unit.comparison
+    sizes = np.sqrt(np.maximum(np.diagonal(told.covariance), _NOTHING))
+    uncertain = columns @ covariance_root(told.covariance, sizes)
+    spread = old.spread.with_shared(uncertain)
+    possible = tuple(each.with_shared(uncertain) for each in old.possible)
+    model = replace(old.model, reading=old.model.reading - columns @ told.value)
+    return with_errors(old.record, model, old.noise, spread, possible)
+
+
+def coefficients(
+    units: Sequence[Unit], shared: Sequence[Instance], head: float
+) -> tuple[tuple[Change, ...], ...]:
+    """Fit the coefficients of each unit, with the stand from its own readings and from all."""
+    found = []
+    for number, unit in enumerate(units):
+        bare, columns = (shared_columns(unit, some, head) for some in ((), shared))
+        others = [*units[:number], *units[number + 1 :]]
+        alone = beside_the_others(unit, bare, known((), (), head, bare.shape[1]))
+        joint = beside_the_others(unit, columns, known(others, shared, head, columns.shape[1]))
+        own = amplitudes(unit.own)
+        before = changes(alone, solution(alone), solution(alone, [*amplitudes(shared), *own]))
+        after = changes(joint, solution(joint), solution(joint, own))
+        found.append(
+            tuple(
+                Change(one.coefficient, one.after, two.after)
+                for one, two in zip(before, after, strict=True)
+            )
+        )
+    return tuple(found)

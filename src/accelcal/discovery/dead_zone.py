@@ -1,32 +1,109 @@
-"""A dead zone about as wide as the misalignment, which no column of a small one shows.
+"""A dead zone that is wider than it shows, or stands in the place of something else.
 
-Positions across the input axis are silent in it: their readings tell nothing of the misalignment,
-which all others then tell. So it is fitted for what it is, with the misalignment in its kinks.
-With steps of 45 deg it looks like a_p^3, whatever its width: K1 and K3 take up the rest.
+In one about as wide as the misalignment, which no column of a small one shows, positions across the
+input axis are silent: their readings tell nothing of the misalignment, which all others then tell.
+So it is fitted for what it is, with the misalignment in its kinks. With steps of 45 deg it looks
+like a_p^3, whatever its width: K1 and K3 take up the rest.
+
+One narrower than the misalignment acts as a_p^3 does. Where the readings tell no more than that it
+is one of the two, nothing bounds what is another coefficient with the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import tilt
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import dummies, scaled
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, all_own_columns, replaced
-from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
-from accelcal.discovery.spans import scaled
-from accelcal.discovery.unnamed.any_pattern import of_position
-from accelcal.discovery.unnamed.wandering import POSSIBLE
-from accelcal.discovery.untold import squares_left
+from accelcal.discovery.large_effects import ALONG, DEAD_ZONE, across_the_axis, silent_in
+from accelcal.discovery.solution import unlike
+from accelcal.discovery.unnamed.mistaken import of_position
+from accelcal.discovery.unnamed.slow import POSSIBLE
+from accelcal.discovery.untold import fitted_sizes, squares_left
+from accelcal.effects.catalogue import catalogue
+from accelcal.model import symbol_of
 from accelcal.numerics.grouping import distinct
 from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
+
+
+def said_of_rivals(
+    comparison: Comparison, found: Sequence[Explanation]
+) -> Iterator[tuple[str, list[str]]]:
+    """Say of which coefficients nothing tells whether a dead zone acts on them, with the effect."""
+    best = found[0]
+    rivals = {item.effect.id: in_place_of(found, best, item.effect.id) for item in best.instances}
+    for name, rival, coefficients in undecided(comparison, best.instances, rivals):
+        yield (
+            f"{name} is not sure: {rival} explains these readings as well, with other"
+            f" values of {', '.join(map(symbol_of, coefficients))}; nothing bounds that, and no U"
+            " counts it; to tell: positions 22.5 deg apart, or fine steps of the head about the"
+            " two near 0 g",
+            [name],
+        )
+
+
+def in_place_of(found: Sequence[Explanation], named: Explanation, name: str) -> tuple[str, ...]:
+    """Ids that explain the readings too in place of one effect, the others being the same."""
+    rest = named.ids - {name}
+    others = [other.ids - rest for other in found if rest <= other.ids]
+    return tuple(next(iter(ids)) for ids in others if len(ids) == 1 and name not in ids)
+
+
+def undecided(
+    comparison: Comparison, instances: Sequence[Instance], rivals: Mapping[str, Sequence[str]]
+) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Find effects with a rival as good, one of the two being a dead zone.
+
+    They come with the rival and the coefficients that are others with it. The rivals are ids of
+    what a discovery found in place of each effect. There are none where no
+    coefficients hang on it, nor where some readings are silent, as a dead zone is sure then.
+    """
+    if silent_in(comparison.model.conditions).any():
+        return
+    entries = {entry.id: entry for entry in catalogue()}
+    for place, item in enumerate(instances):
+        for name in rivals.get(item.effect.id, ()):
+            entry = entries.get(name)
+            if DEAD_ZONE not in (name, item.effect.id) or not entry or len(entry.parameters) != 1:
+                continue
+            others = replaced(instances, place, Instance(entry, (1.0,), {}))
+            apart = unlike(comparison, instances, others)
+            if apart and _as_likely(comparison, instances, others, place):
+                yield item.effect.id, name, apart
+
+
+def _as_likely(
+    comparison: Comparison, some: Sequence[Instance], others: Sequence[Instance], place: int
+) -> bool:
+    """Whether others, of which one is in the place of another, explain the readings as well."""
+    worse = squares_left(comparison, others) - squares_left(comparison, some)
+    (lowest,) = (parameter.minimum for parameter in others[place].amplitudes)
+    size = fitted_sizes(comparison, others).of_each[place][0]
+    return worse < -2.0 * float(np.log(POSSIBLE)) and bool(size > lowest)
+
+
+def left_undecided(
+    comparison: Comparison, instances: Sequence[Instance], effects: Sequence[FoundEffect]
+) -> tuple[str, ...]:
+    """Coefficients that hang on whether effects, as a discovery tells them, are a dead zone."""
+    rivals = {found.id: found.indistinguishable for found in effects}
+    found = undecided(comparison, instances, rivals)
+    return tuple(dict.fromkeys(name for *_, coefficients in found for name in coefficients))
+
+
+def in_fit(name: str) -> str:
+    """Name of a coefficient in a calibration, which has one misalignment in each mounting."""
+    return "M" if name.partition(" ")[0] in ("M", "M_O", "M_P") else name
+
 
 OPEN = ("K1", "K3")
 """Coefficients that take up what a dead zone has in width beyond what it silences."""
