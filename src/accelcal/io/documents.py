@@ -25,9 +25,14 @@ from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.triad import TriadCalibration
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from accelcal.record import TumbleRecord
 
 __all__ = ["read_calibration", "read_discovery"]
+
+_DECIMAL_COMMA = re.compile(r'[;\t]"?-?\d+,\d+(?:[eE][+-]?\d+)?"?(?:[;\t]|$)', re.MULTILINE)
+"""A number as a German spreadsheet writes it."""
 
 
 class ResultFile(NamedTuple):
@@ -249,11 +254,7 @@ def read_later(source: str, overrides: Overrides) -> tuple[TumbleRecord | Calibr
     return read_known(texts)
 
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-_DECIMAL_COMMA = re.compile(r'[;\t]"?-?\d+,\d+(?:[eE][+-]?\d+)?"?(?:[;\t]|$)', re.MULTILINE)
-"""A number as a German spreadsheet writes it."""
+# -- what a unit was through the years -------------------------------------------------------------
 
 
 def read_entries(paths: Sequence[str]) -> list[Entry]:
