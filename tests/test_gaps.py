@@ -182,10 +182,10 @@ def test_level_of_a_run_is_the_mean_of_the_readings_that_a_record_has(tmp_path):
     for seed in range(2):
         record = accelcal.simulate(plan=plan, seed=seed)
         other = record.mounting == "p+"
-        run, warmer = record.run - 3 * other, record.temperature + 0.25 * other
+        run, warmer = record.run - 3 * other, record.temperature + 1.75 * other
         labels = record.run_labels[:3]
         changes = {"run": run, "temperature": warmer, "reference_temperature": None}
         record = replace(record, run_labels=labels, **changes)
-        accelcal.write_table(with_gaps(record, seed), tmp_path / f"{seed}.csv")
+        accelcal.write_table(with_gaps(record, seed, share=0.3), tmp_path / f"{seed}.csv")
     found = assert_rows_are_those_of_fits(tmp_path, 2).tables
     assert found["T0_degC"].nunique() == 2

@@ -123,11 +123,6 @@ class Page:
     software: str
 
 
-def galleries(tables: Sequence[Table]) -> list[Gallery]:
-    """Put narrow tables side by side; nothing where there are none."""
-    return [Gallery(tables)] if tables else []
-
-
 def narrowed(table: Table, most: int) -> list[Table]:
     """Split a table that is too wide for paper; its first column stands in each part.
 

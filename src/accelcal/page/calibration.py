@@ -20,7 +20,6 @@ from accelcal.page.blocks import (
     Section,
     Table,
     Tone,
-    galleries,
 )
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
@@ -283,7 +282,7 @@ def _coefficients(calibration: Calibration) -> Section:
     for table in calibration.tables:
         blocks += _of_table(table, calibration.g_local_m_s2)
     told = [_correlations(table) for table in calibration.tables if table.covariance_matrix]
-    return Section("Coefficients", [*blocks, *galleries(told)])
+    return Section("Coefficients", [*blocks, Gallery(told)] if told else blocks)
 
 
 def _of_table(table: TableCalibration, local_gravity: float | None) -> Iterator[Block]:

@@ -16,7 +16,6 @@ from accelcal.page.blocks import (
     Section,
     Table,
     Tone,
-    galleries,
     narrowed,
 )
 from accelcal.page.pictures import picture
@@ -155,8 +154,8 @@ def budget(calibration: Calibration, name: str) -> Section:
         seen = "Stacked bars of the shares; the tables below have the numbers."
         drawn = picture(f"{name}budget", calibration.plot.budget, (caption, seen), (3.8, 3.2))
         blocks = [Gallery([drawn, sources])]
-    shares = [_shares(table) for table in calibration.tables if table.budget]
-    return Section("Uncertainty budget", [*blocks, *galleries(shares)])
+    blocks += [_shares(table) for table in calibration.tables if table.budget]
+    return Section("Uncertainty budget", blocks)
 
 
 def _shares(table: TableCalibration) -> Table:

@@ -90,7 +90,7 @@ def faults(
     Examples
     --------
     >>> import accelcal
-    >>>     >>> wrong = effect("outlier").of(1e-3, reading=17)
+    >>> wrong = accelcal.effect("outlier").of(1e-3, reading=17)
     >>> record = accelcal.simulate(effects=[wrong], seed=1)
     >>> found, mended = faults(record, 20.0)
     >>> [fault.id for fault in found], len(record) - len(mended)
