@@ -46,7 +46,7 @@ def declared_fixture_angle(record: TumbleRecord) -> str:
 
 
 def reference_temperature_of(record: TumbleRecord, given: float | None) -> float | None:
-    """Take T0 as given, else as the record declares it, else that of `usual_reference`.
+    """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
 
     None where no temperature is known [degC].
     """
@@ -62,21 +62,20 @@ def reference_temperature_of(record: TumbleRecord, given: float | None) -> float
 
 
 def usual_reference(levels: Array) -> Array:
-    """Take the level nearest to 20 degC, the first of the nearest, to 0.1 degC, shape (...).
+    """Take the level nearest to 20 degC, the first of the nearest, shape (...).
 
-    A laboratory calls a level of 19.9981 degC by what it was set to. The levels are of m runs,
-    shape (..., m), NaN where unknown; so is it where none is known [degC].
+    The levels are of m runs, shape (..., m), NaN where unknown; so is it where none is known
+    [degC].
 
     Examples
     --------
     >>> import numpy as np
-    >>> usual_reference(np.array([[60.0, 20.9981], [np.nan, -40.0]])).tolist()
+    >>> usual_reference(np.array([[60.0, 21.0], [np.nan, -40.0]])).tolist()
     [21.0, -40.0]
     """
     away = np.where(np.isnan(levels), np.inf, np.abs(levels - USUAL_TEMPERATURE))
     nearest = away.argmin(axis=-1)[..., None]
-    level = np.take_along_axis(levels, nearest, axis=-1)[..., 0]
-    return np.round(level, 1) + 0.0  # without -0.0
+    return np.asarray(np.take_along_axis(levels, nearest, axis=-1)[..., 0])
 
 
 def level_of(temperatures: Array) -> Array:

@@ -57,7 +57,7 @@ def fit(
         Fixture angle between head zero and input axis, taken as given [rad]; by default that of
         the record's metadata, else 0.
     reference_temperature : float, optional
-        T0; by default that of the record, else the level nearest to 20 degC, to 0.1 [degC].
+        T0; by default that of the record, else the level nearest to 20 degC [degC].
     coefficients : sequence of str, default all six
         Coefficients to estimate; the others are taken as zero.
     strict : bool, default False

@@ -311,7 +311,7 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     )
     yield Sentence(
         has_laws & [not given and record.reference_temperature is None for record in records],
-        "T0 was not given: it is the level nearest to 20 degC, to 0.1 degC",
+        "T0 was not given: it is the level nearest to 20 degC",
     )
     for said in said_of_meanings(tables, stack.estimate):
         yield Sentence(has_laws, said)

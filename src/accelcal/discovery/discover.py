@@ -87,7 +87,7 @@ def discover(
     max_effects : int, default 3
         Effects at once.
     reference_temperature : float, optional
-        T0; by default that of the record, else the level nearest to 20 degC, to 0.1 [degC].
+        T0; by default that of the record, else the level nearest to 20 degC [degC].
     delta0 : float, optional
         Fixture angle; by default that of the record, else 0 [rad].
     effects : sequence of Effect, optional
