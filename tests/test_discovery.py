@@ -342,6 +342,24 @@ def test_replicates_follow_the_temperature_as_recorded():
     assert found.unexplained is None
 
 
+def test_a_thermometer_that_scatters_is_no_level_that_moves():
+    """Two cycles whose recorded temperatures scatter were refused: they left too few replicates."""
+    plan = TumblePlan(temperatures=(20.0,), strokes=4)
+    record = accelcal.simulate(plan=plan, effects=[effect("hysteresis").of(2e-5)], seed=1)
+    scatter = np.random.default_rng(1).normal(0.0, 0.1, len(record))
+    found = accelcal.discover(replace(record, temperature=record.temperature + scatter))
+    assert ids(found) == ids(accelcal.discover(record)) == ["hysteresis"]
+
+
+def test_a_level_that_moves_takes_more_cycles():
+    """A table of two cycles was told to have two or more."""
+    record = ramped([], (20.0,), 1)
+    scatter = np.random.default_rng(1).normal(0.0, 0.01, len(record))
+    moved = replace(record, temperature=record.temperature + scatter)
+    with pytest.raises(accelcal.InputError, match=r"three or more cycles .*temperature moves"):
+        accelcal.discover(moved.select(moved.stroke <= 4))
+
+
 @pytest.mark.parametrize("slope", [-40e-6, 40e-6])
 def test_a_law_that_one_moving_level_alone_shows_is_not_sure(slope):
     """Another slope in one run was a break of the law of all, for certain."""
