@@ -16,8 +16,8 @@ from accelcal.numerics.grouping import cells
 _CYCLES = 24
 """Cycles that are told apart; of longer runs as many stretches of cycles that follow each other."""
 
-_MOVES = 0.05
-"""Range of recorded temperatures above which a level moves: usual slopes change K1 by 25 ppm."""
+_MOVES = 0.02
+"""Range on a side of T0 above which a level moves [degC]: usual slopes change K1 by 10 ppm."""
 
 SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
 """Unit of a millionth of what may change in the course of a run."""
