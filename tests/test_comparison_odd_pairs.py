@@ -220,6 +220,15 @@ def test_a_record_whose_temperature_moves_is_no_farther_off_than_its_calibration
     assert found.p_value > 0.01
 
 
+@pytest.mark.parametrize(("temperatures", "low"), [((20.0,), 10.0), ((20.0, 80.0, -40.0), -60.0)])
+def test_a_run_far_beyond_the_calibration_is_refused_whatever_its_mean(temperatures, low):
+    calibration = accelcal.fit(simulate(plan=TumblePlan(temperatures=temperatures), seed=1))
+    record = simulate(plan=ONE_LEVEL, seed=1)
+    wide = replace(record, temperature=np.linspace(low, 40.0 - low, len(record)))
+    with pytest.raises(accelcal.InputError, match=f"temperature {low:g} degC is more than 1 degC"):
+        accelcal.compare(calibration, wide)
+
+
 def test_of_a_calibration_without_covariance_each_uncertainty_counts():
     calibration = accelcal.fit(simulate(plan=ONE_LEVEL, seed=1))
     (table,) = calibration.tables

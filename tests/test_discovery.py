@@ -335,11 +335,40 @@ def test_a_level_that_moves_as_recorded_is_no_effect(levels, beside):
     assert "as the temperature moves" not in str(found.coefficients)
 
 
+def test_a_chamber_that_swings_by_little_as_recorded_is_no_effect():
+    """K1 along swings of less than 0.05 degC was a k3 that goes with the temperature."""
+    record = accelcal.simulate(plan=TumblePlan(temperatures=(20.0,), strokes=6, timed=True), seed=1)
+    away = 0.045 * np.sin(2.0 * np.pi * record.time / 1500.0)
+    along = 1.35 * 520e-6 * away * np.cos(np.radians(record.angle))
+    swung = replace(record, temperature=20.0 + away, output=record.output + along)
+    found = accelcal.discover(swung)
+    assert ids(found) == []
+    assert found.unexplained is None
+
+
 def test_replicates_follow_the_temperature_as_recorded():
     """K1 along a ramp was noise of replicates, in which an outlier of 16 sigma was none."""
     found = accelcal.discover(ramped([effect("outlier").of(8e-5, reading=70)], (20, 80, -40), 1))
     assert [fault.id for fault in found.faults] == ["outlier"]
     assert found.unexplained is None
+
+
+def test_a_thermometer_that_scatters_is_no_level_that_moves():
+    """Two cycles whose recorded temperatures scatter were refused: they left too few replicates."""
+    plan = TumblePlan(temperatures=(20.0,), strokes=4)
+    record = accelcal.simulate(plan=plan, effects=[effect("hysteresis").of(2e-5)], seed=1)
+    scatter = np.random.default_rng(1).normal(0.0, 0.1, len(record))
+    found = accelcal.discover(replace(record, temperature=record.temperature + scatter))
+    assert ids(found) == ids(accelcal.discover(record)) == ["hysteresis"]
+
+
+def test_a_level_that_moves_takes_more_cycles():
+    """A table of two cycles was told to have two or more."""
+    record = ramped([], (20.0,), 1)
+    scatter = np.random.default_rng(1).normal(0.0, 0.01, len(record))
+    moved = replace(record, temperature=record.temperature + scatter)
+    with pytest.raises(accelcal.InputError, match=r"three or more cycles .*temperature moves"):
+        accelcal.discover(moved.select(moved.stroke <= 4))
 
 
 @pytest.mark.parametrize("slope", [-40e-6, 40e-6])

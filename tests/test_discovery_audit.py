@@ -502,7 +502,9 @@ def test_the_part_of_an_eccentricity_that_the_coefficients_take_up_has_no_value(
     again = accelcal.Discovery.from_json(found.to_json())
     assert again.effects == found.effects
     for table in accelcal.fit(record, model=again).tables:
-        assert all(q.expanded_uncertainty < 1e-4 for q in table.coefficients.values())
+        U = {name: one.expanded_uncertainty for name, one in table.coefficients.items()}
+        assert 2e-4 < min(U.pop("K0"), U.pop("K2")) < 5e-4  # as of a sine as large as the cosine
+        assert max(U.values()) < 1e-5
 
 
 # -- names that any pattern of few positions would get ---------------------------------------------

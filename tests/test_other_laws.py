@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.discovery.doubts.otherwise import _value
+from accelcal.results.findings import Change
+from accelcal.results.quantity import Quantity
 from accelcal.simulation import TumblePlan
 
 TILT = accelcal.effect("foundation-tilt")
@@ -128,3 +131,13 @@ def test_a_part_of_an_effect_that_coefficients_take_up_is_counted_in_them():
     for name, truth in (("K0", 3.324e-3), ("K2", 105e-6)):
         for told in (after[name], model[name.lower()]):
             assert 2e-5 < abs(told.value - truth) < told.expanded_uncertainty < 7e-5
+
+
+@pytest.mark.parametrize(
+    ("value", "U", "told"),
+    [(-1e-7, 5e-5, "k0 0 ug"), (3.3242e-3, 4e-7, "k0 3324.20 ug"), (3.3242e-3, None, "k0 3324 ug")],
+)
+def test_a_coefficient_has_the_digits_of_its_uncertainty(value, U, told):
+    """Zero was -0, and 3324 without U 3.32e+03."""
+    own = Quantity(value, U and U / 2.0, "g", U)
+    assert _value(Change("K0", own, own), Change("K0", own, own)) == told

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import MOVES, dummies, scaled
+from accelcal.discovery.columns import dummies, moves, scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
@@ -166,7 +166,7 @@ def _brackets(
     record: TumbleRecord, c: Conditions, *, apart: bool
 ) -> tuple[Array, Array, tuple[str, ...]]:
     """Columns of the two brackets under some conditions, and the coefficients they belong to."""
-    law, names = _law(c.excess)
+    law, names = _law(c)
     runs, declared = dummies(c.run), record.apparatus
     gain, of_gain = [law], [f"K1{name}" for name in names]
     inside, of_inside = [law], [f"K0{name}" for name in names]
@@ -262,17 +262,17 @@ def _axes(record: TumbleRecord) -> dict[str, tuple[str, str]]:
     return {axis: (SEEN_IN_MOUNTING[axis][-2], SEEN_IN_MOUNTING[axis][-1]) for axis in axes}
 
 
-def _law(excess: Array) -> tuple[Array, list[str]]:
+def _law(c: Conditions) -> tuple[Array, list[str]]:
     """Columns of a bilinear law; of a side without a level of its own, no slope is told."""
-    columns, names = [np.ones(excess.size)], [""]
+    columns, names = [np.ones(c.excess.size)], [""]
     for side, name in (
-        (np.maximum(excess, 0.0), f" {SIDES[0]}"),
-        (np.minimum(excess, 0.0), f" {SIDES[1]}"),
+        (np.maximum(c.excess, 0.0), f" {SIDES[0]}"),
+        (np.minimum(c.excess, 0.0), f" {SIDES[1]}"),
     ):
         if np.ptp(side) >= LEVEL_CHANGE:
             columns.append(side)
             names.append(name)
-        elif np.ptp(side) > MOVES:  # one level alone tells none, but moves as recorded
+        elif moves(side, c):  # one level alone tells none, but moves as recorded
             columns.append(side - side.mean() if side.all() else side)
             names.append(f"{name}{_AS_IT_MOVES}")
     return np.stack(columns, axis=1), names

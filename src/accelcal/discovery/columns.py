@@ -16,8 +16,8 @@ from accelcal.numerics.grouping import cells
 _CYCLES = 24
 """Cycles that are told apart; of longer runs as many stretches of cycles that follow each other."""
 
-MOVES = 0.05
-"""Range of recorded temperatures above which a level moves: usual slopes change K1 by 25 ppm."""
+_MOVES = 0.02
+"""Range on a side of T0 above which a level moves [degC]: usual slopes change K1 by 10 ppm."""
 
 SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
 """Unit of a millionth of what may change in the course of a run."""
@@ -65,13 +65,25 @@ def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 def following(c: Conditions) -> Array:
     """Bias, scale factor and misalignment that follow temperatures which move within runs, (n, k).
 
-    There are none on a side of T0 where the recorded temperatures do not move.
+    There are none on a side of T0 where the recorded temperatures do not move, see `moves`.
     """
     runs = dummies(c.run)
     sides = np.stack([c.excess.clip(min=0.0), c.excess.clip(max=0.0)], axis=1)
     moved = sides - runs @ (runs.T @ sides / runs.sum(axis=0)[:, None])
-    moved = moved[:, np.ptp(moved, axis=0) > MOVES]
+    moved = moved[:, [moves(side, c) for side in moved.T]]
     return np.hstack([moved, moved * c.input[:, None], moved * c.cross[:, None]])
+
+
+def moves(recorded: Array, c: Conditions) -> bool:
+    """Tell whether recorded temperatures, shape (n,), move, and do more than scatter [degC].
+
+    References
+    ----------
+    J. von Neumann, "Distribution of the ratio of the mean square successive difference to the
+    variance", Ann. Math. Statist. 12 (1941) 367: of what scatters, it is about 2.
+    """
+    steps, away = np.diff(recorded[c.order]), recorded - recorded.mean()
+    return bool(np.ptp(recorded) > _MOVES and steps @ steps < away @ away)
 
 
 def worn(c: Conditions) -> Array:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import MOVES, coefficient_columns, orthonormal, squares_in
+from accelcal.discovery.columns import coefficient_columns, moves, orthonormal, squares_in
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
@@ -133,7 +133,7 @@ def _of_one_run(comparison: Comparison) -> Iterator[NotListed]:
         own = c.run == run
         others = {f"k{power}": c.input**power for power in (2, 3)}
         away = c.excess - c.excess[own].mean()
-        if np.ptp(away[own]) > MOVES:
+        if moves(np.where(own, away, 0.0), c):
             others["slope of the bias with the temperature"] = away
             others["slope of the scale factor with the temperature"] = away * c.input
         for what, column in others.items():

@@ -300,7 +300,7 @@ def _value(best: Change, change: Change) -> str:
         more = value - (best.after.value or 0.0) * MICRO
         return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
     U = (change.after.expanded_uncertainty or 0.0) * MICRO
-    digits = f".{max(1 - math.floor(math.log10(U)), 0)}f" if U else ".3g"
+    digits = f"z.{max(1 - math.floor(math.log10(U)), 0)}f" if U else ".4g"
     return f"{symbol_of(change.coefficient)} {value:{digits}} {SMALL_UNITS[change.after.unit]}"
 
 

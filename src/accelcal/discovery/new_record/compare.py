@@ -37,6 +37,7 @@ from accelcal.discovery.new_record.simulated import (
 )
 from accelcal.discovery.noise.of_readings import refuse_too_many, sources
 from accelcal.discovery.unwritten import refuse_several_clampings, simulated_in_pauses
+from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import at_positions
@@ -233,8 +234,10 @@ def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> Non
             " the calibration depends; give their temperature"
         )
     of_runs = grouped(run)  # the temperatures of the calibration are means of runs, too
-    levels = np.bincount(of_runs.cell, weights=known) / of_runs.members
-    outside = levels[~within_temperatures(found.temperatures, levels)]
+    levels = (np.bincount(of_runs.cell, weights=known) / of_runs.members)[of_runs.cell]
+    beyond = known - np.clip(known - levels, -LEVEL_CHANGE, LEVEL_CHANGE)  # of moving levels
+    far = (~within_temperatures(found.temperatures, each) for each in (levels, beyond))
+    outside = np.concatenate([each[own] for each, own in zip((levels, known), far, strict=True)])
     if outside.size:
         problem = outside_temperatures(found.temperatures, float(outside[0]))
         raise InputError(

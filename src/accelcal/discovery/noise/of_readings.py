@@ -15,7 +15,14 @@ import numpy as np
 
 from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import cycle_of, dummies, head_columns, orthonormal, without
+from accelcal.discovery.columns import (
+    cycle_of,
+    dummies,
+    following,
+    head_columns,
+    orthonormal,
+    without,
+)
 from accelcal.discovery.space import Covariance
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
@@ -124,10 +131,12 @@ def reading_noise(
     basis = orthonormal(in_units_of(relative, all_that_repeats))
     dof = residual.size - basis.shape[1]
     if dof < FEWEST_REPLICATES:
+        moved = following(c).shape[1] > 0
         raise InputError(
             f"{residual.size} readings leave {degrees_of_freedom(max(dof, 0))} for their noise;"
-            f" to discover an effect takes {FEWEST_REPLICATES} or more: measure two or more cycles"
-            " of a forward and a back stroke in each run"
+            f" to discover an effect takes {FEWEST_REPLICATES} or more: measure"
+            f" {'three' if moved else 'two'} or more cycles of a forward and a back stroke in each"
+            f" run{', as the recorded temperature moves, or hold it' if moved else ''}"
         )
     basis = basis[c.order]
     error = without(in_units_of(relative, residual)[c.order], basis)
