@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Ints
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
@@ -233,13 +233,22 @@ def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> Non
             f"{record.source}: {len(record) - known.size} readings without temperature, on which"
             " the calibration depends; give their temperature"
         )
-    of_runs = grouped(run)  # the temperatures of the calibration are means of runs, too
-    levels = (np.bincount(of_runs.cell, weights=known) / of_runs.members)[of_runs.cell]
-    beyond = known - np.clip(known - levels, -LEVEL_CHANGE, LEVEL_CHANGE)  # of moving levels
-    far = (~within_temperatures(found.temperatures, each) for each in (levels, beyond))
-    outside = np.concatenate([each[own] for each, own in zip((levels, known), far, strict=True)])
+    outside = _outside(found.temperatures, known, run)
     if outside.size:
         problem = outside_temperatures(found.temperatures, float(outside[0]))
         raise InputError(
             f"{record.source}: {problem}; compare there, or calibrate at this temperature"
         )
+
+
+def _outside(temperatures: tuple[float, float], known: Array, run: Ints) -> Array:
+    """Levels of runs beyond the temperatures of a calibration, and readings far beyond [degC].
+
+    The temperatures of the calibration are means of runs, too, whose readings may move.
+    """
+    of_runs = grouped(run)
+    level = (np.bincount(of_runs.cell, weights=known) / of_runs.members)[of_runs.cell]
+    moved = np.clip(known - level, -LEVEL_CHANGE, LEVEL_CHANGE)
+    is_level_within = within_temperatures(temperatures, level)
+    is_within = is_level_within & within_temperatures(temperatures, known - moved)
+    return np.where(is_level_within, known, level)[~is_within]
