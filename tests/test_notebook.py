@@ -635,3 +635,9 @@ def test_a_caption_broken_to_fit_the_width_is_whole():
     assert captions[0].startswith("Uncertainty of each coefficient: u standard")
     assert captions[0].endswith("u^2 by component")
     assert captions[1].startswith("What each component does: its standard uncertainty")
+
+
+def test_what_is_told_of_jumps_is_no_caption():
+    records = [replace(accelcal.simulate(seed=n), date=f"20{10 + n}-06-01") for n in range(4)]
+    html = accelcal.history(map(accelcal.fit, records))._repr_html_()
+    assert re.findall("<caption>(.*?)</caption>", html) == ["calibrations"] * 2
