@@ -625,3 +625,19 @@ def test_the_text_names_no_measurement_that_is_not_known(discovery):
     """It ended in "To tell them apart: .", with nothing between."""
     assert "It could as well be: other." in str(discovery)
     assert "To tell them apart" not in str(discovery)
+
+
+def test_a_caption_broken_to_fit_the_width_is_whole():
+    """The first half of it stood above the table as a text of its own."""
+    stand = accelcal.read_stand("examples/paper-stand.toml")
+    html = accelcal.stand_budget(stand, accelcal.simulate(seed=1))._repr_html_()
+    captions = re.findall("<caption>(.*?)</caption>", html)
+    assert captions[0].startswith("Uncertainty of each coefficient: u standard")
+    assert captions[0].endswith("u^2 by component")
+    assert captions[1].startswith("What each component does: its standard uncertainty")
+
+
+def test_what_is_told_of_jumps_is_no_caption():
+    records = [replace(accelcal.simulate(seed=n), date=f"20{10 + n}-06-01") for n in range(4)]
+    html = accelcal.history(map(accelcal.fit, records))._repr_html_()
+    assert re.findall("<caption>(.*?)</caption>", html) == ["calibrations"] * 2

@@ -244,6 +244,24 @@ def test_warnings_of_many_runs_that_are_alike_are_told_once():
         )
 
 
+def test_warnings_that_do_not_stand_above_stand_with_their_table():
+    """Of outliers in more than three runs, the readings of the others were told nowhere."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0, -30.0, 0.0))
+    record = accelcal.simulate(plan=plan, seed=1)
+    output = record.output.copy()
+    where = [np.flatnonzero(record.run == run)[5 + run] for run in range(4)]
+    output[where] += 1e-2
+    calibration = accelcal.fit(replace(record, output=output))
+    found = [gate for t in calibration.tables for gate in t.gates if gate.name == "outlier"]
+    assert [gate.verdict for gate in found] == ["warn"] * 4
+    text = " ".join(str(calibration).split())
+    assert all(text.count(gate.finding) == 1 for gate in found)
+    assert text.count("gates that WARN, see above: outlier") == 1
+    alone = calibration.tables[0]._repr_html_()
+    assert "see above" not in alone
+    assert found[0].finding in " ".join(alone.split())
+
+
 def test_clean_report_does_not_alarm():
     text = str(fitted(strokes=6))
     assert "BELIEVE" not in text

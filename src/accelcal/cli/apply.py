@@ -76,7 +76,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """
-    from accelcal.compensate.ranges import warn_of
+    from accelcal.compensate.assumptions import warn_of
     from accelcal.io.documents import read_results
     from accelcal.io.samples.headings import ONE_ACCELEROMETER, TRIAD
     from accelcal.io.samples.instruments import StreamOptions

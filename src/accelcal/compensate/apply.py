@@ -16,6 +16,7 @@ from accelcal.arguments.numbers import (
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arguments.temperatures import temperature_array
 from accelcal.arrays import Array
+from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, By, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
@@ -27,7 +28,6 @@ from accelcal.compensate.ranges import (
     WIDEST,
     outside_temperatures,
     refuse_metres,
-    warn_of,
     within_accelerations,
     within_temperatures,
 )

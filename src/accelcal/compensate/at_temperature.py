@@ -12,17 +12,13 @@ import numpy as np
 from accelcal.arguments.options import check_flag
 from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array
+from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import By, compensation
 from accelcal.compensate.coefficients import PARAMETERS, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.of_table import lost_symbols
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.compensate.ranges import (
-    CALIBRATE_THERE,
-    outside_temperatures,
-    warn_of,
-    within_temperatures,
-)
+from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.compensate.runs import are_alike, by_runs
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping

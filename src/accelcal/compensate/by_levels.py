@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.assumptions import same_at_all_temperatures, without_covariance
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
 from accelcal.compensate.levels import LevelCompensation, LevelTable
 from accelcal.compensate.of_table import by_table, lost_symbols, meanings_of, with_other
-from accelcal.compensate.ranges import same_at_all_temperatures, without_covariance
 from accelcal.compensate.runs import LevelRun, level_run, mean_run, weights_of
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels

@@ -9,6 +9,13 @@ from typing import Literal, get_args
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_choice
+from accelcal.compensate.assumptions import (
+    one_sided,
+    same_at_all_temperatures,
+    unknown_launch,
+    unknown_level,
+    without_covariance,
+)
 from accelcal.compensate.by_levels import level_compensation
 from accelcal.compensate.coefficients import (
     Compensation,
@@ -23,13 +30,6 @@ from accelcal.compensate.of_table import (
     lost_symbols,
     of_test,
     with_other,
-)
-from accelcal.compensate.ranges import (
-    one_sided,
-    same_at_all_temperatures,
-    unknown_launch,
-    unknown_level,
-    without_covariance,
 )
 from accelcal.compensate.runs import are_alike, by_runs, said_of_runs
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use

@@ -58,7 +58,8 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     """
     roles, across, outputs = _roles(layout)
     # what a row cannot hold once for all of its outputs
-    own = () if not across else _OF_ONE_SERIAL if across == "serial" else _OF_ONE_READING
+    of_one = _OF_ONE_SERIAL if across == "serial" else _OF_ONE_READING
+    own = of_one if across else ()
     roles = {name: i for name, i in roles.items() if name not in own}
     _require(layout, roles, across)
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]

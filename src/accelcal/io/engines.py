@@ -260,8 +260,15 @@ def _is_numeric(layout: Layout, index: int) -> bool:
 
 def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) -> Column:
     heading = layout.headings[index]
-    role, text, unit = heading.role or "", heading.text, heading.unit
-    column = Column(role, text, unit, cells, lines, layout.source, decimal)
+    column = Column(
+        role=heading.role or "",
+        heading=heading.text,
+        unit=heading.unit,
+        cells=cells,
+        lines=lines,
+        source=layout.source,
+        decimal=decimal,
+    )
     if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
         return column
     column = with_decimal_degrees(column) if heading.role in _ANGLES else numbered(column)

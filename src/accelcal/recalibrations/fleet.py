@@ -39,8 +39,9 @@ def fleet_history(
 
     Parameters
     ----------
-    calibrations : BatchFrames, DataFrame or iterable of Calibration
-        What `accelcal.batch` returns or its frame of tables, or what `accelcal.fit` returns.
+    calibrations : BatchFrames, DataFrame or iterable of Calibration or Entry
+        What `accelcal.batch` returns or its frame of tables, what `accelcal.fit` returns, or what
+        `accelcal.recalibrations.entries.entries_of` takes from these.
     mounting, temperature, alpha
         As of `accelcal.history`, which judges each unit.
     due_before : str, optional

@@ -74,8 +74,9 @@ def history(
 
     Parameters
     ----------
-    calibrations : BatchFrames, DataFrame or iterable of Calibration
-        What `accelcal.batch` returns or its frame of tables, or what `accelcal.fit` returns.
+    calibrations : BatchFrames, DataFrame or iterable of Calibration or Entry
+        What `accelcal.batch` returns or its frame of tables, what `accelcal.fit` returns, or what
+        `accelcal.recalibrations.entries.entries_of` takes from these.
     serial : str, optional
         Serial number; not needed where there is one unit.
     mounting : str, optional

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -39,18 +40,19 @@ _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 def text(calibration: Calibration) -> str:
     """Write a calibration as lines of at most 100 characters, in ASCII."""
+    alarms = first_alarms(calibration)
     return sections(
         _heading(calibration),
         _bare(calibration),
-        _alarms(calibration),
+        _alarms(alarms),
         _open(calibration.warnings),
-        *(table_lines(t, calibration.g_local_m_s2) for t in calibration.tables),
+        *(table_lines(t, calibration.g_local_m_s2, alarms) for t in calibration.tables),
         _mean_of_runs(calibration),
         _temperature(calibration),
         _fixture_angles(calibration.fixture_angle),
         _effects(calibration),
         _errors(calibration),
-        _record_gates(calibration.gates),
+        _record_gates(calibration.gates, alarms),
         [] if calibration.verdict is None else verdict_lines(calibration.verdict),
     )
 
@@ -75,15 +77,16 @@ def _bare(calibration: Calibration) -> Iterator[str]:
         yield from hanging(visible(f"NO UNCERTAINTY: {sentence}"))
 
 
-def _alarms(calibration: Calibration) -> Iterator[str]:
-    found = first_alarms(calibration)
+def _alarms(found: Sequence[str]) -> Iterator[str]:
     if found:
         yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)
 
 
-def table_lines(table: TableCalibration, local_gravity: float | None) -> Iterator[str]:
-    """Tell one table: its coefficients, residuals and gates."""
+def table_lines(
+    table: TableCalibration, local_gravity: float | None, alarms: Sequence[str] = ()
+) -> Iterator[str]:
+    """Tell one table: its coefficients, residuals and gates, with warnings not among the alarms."""
     temperature = table.temperature_degC
     where = "temperature unknown" if temperature is None else f"{temperature:.2f} degC"
     yield (
@@ -95,7 +98,7 @@ def table_lines(table: TableCalibration, local_gravity: float | None) -> Iterato
     for sentence in strong_correlations(table):
         yield from hanging(sentence, indent="  ")
     yield from residual_lines(table)
-    yield from _gates(table.gates)
+    yield from _gates(table.gates, alarms)
     yield from _items("note", table.warnings)
 
 
@@ -243,19 +246,30 @@ def _in_micro_g(source: ErrorSource, table: TableCalibration) -> str:
     return f" = {significant(abs(source.value / scale_factor) * MICRO)} ug"
 
 
-def _record_gates(gates: Sequence[Gate]) -> Iterator[str]:
-    lines = list(_gates(gates))
+def _record_gates(gates: Sequence[Gate], alarms: Sequence[str]) -> Iterator[str]:
+    lines = list(_gates(gates, alarms))
     yield from ["The record as a whole", *lines] if lines else []
 
 
-def _gates(gates: Sequence[Gate]) -> Iterator[str]:
-    for verdict, said in (("warn", "gates that WARN, see above"), ("pass", "gates passed")):
-        names = [gate.name for gate in gates if gate.verdict == verdict]
-        if names:
-            yield from hanging(f"{said}: {', '.join(names)}", indent="  ")
+def _gates(gates: Sequence[Gate], alarms: Sequence[str]) -> Iterator[str]:
+    told = _BRACKETS.sub("", "\n".join(alarms))
+    of: dict[str, list[Gate]] = {}
     for gate in gates:
-        if gate.verdict not in ("warn", "pass"):
-            yield from _item("not assessed", f"{gate.name}: {gate.finding}")
+        above = gate.verdict == "warn" and _BRACKETS.sub("", gate.finding) in told
+        of.setdefault("above" if above else gate.verdict, []).append(gate)
+    yield from _items("WARNING", map(_finding, of.get("warn", ())))
+    for key, said in (("above", "gates that WARN, see above"), ("pass", "gates passed")):
+        if key in of:
+            yield from hanging(f"{said}: {', '.join(g.name for g in of[key])}", indent="  ")
+    yield from _items("not assessed", map(_finding, of.get("not assessed", ())))
+
+
+_BRACKETS = re.compile(r" \([^()]*\)")
+"""Numbers in which warnings of a gate differ that say the same of several tables."""
+
+
+def _finding(gate: Gate) -> str:
+    return f"{gate.name}: {gate.finding}"
 
 
 def _open(warnings: Sequence[str]) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.report.lines import Row, aligned
+from accelcal.report.lines import WIDTH, Row, aligned
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
@@ -40,7 +40,7 @@ def html_of(lines: Iterable[str]) -> str:
     text: list[str] = []
     for block in _blocks(lines):
         if isinstance(block[0], Row):
-            caption = text.pop().strip() if text and text[-1] else ""
+            caption = _caption(text)
             parts += [_text(text), _table(caption, block)]
             text = []
         else:
@@ -85,6 +85,28 @@ def _blocks(lines: Iterable[str]) -> list[list[str]]:
             blocks.append([])
         blocks[-1].append(line)
     return blocks
+
+
+def _caption(text: list[str]) -> str:
+    """Take the line before a table from the text, whole where it was broken to fit the width."""
+    start = max(len(text) - 1, 0)
+    while (
+        start
+        and text[start]
+        and len(f"{text[start - 1]} {text[start].strip().partition(' ')[0]}") > WIDTH
+    ):
+        start -= 1
+        if _depth(text[start]) < _depth(text[start + 1]):
+            break
+    else:  # no line above is one that this one continues
+        start = max(len(text) - 1, 0)
+    told = " ".join(line.strip() for line in text[start:])
+    del text[start:]
+    return told
+
+
+def _depth(line: str) -> int:
+    return len(line) - len(line.lstrip())
 
 
 def _text(lines: Sequence[str]) -> str:

@@ -75,6 +75,7 @@ def _points(trend: Trend) -> Iterator[str]:
         value, half = matching_digits(found, wide, MICRO)
         apart = matching_digits(found - point.line, wide, MICRO)[0]
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
+    yield "  calibrations"
     yield from aligned(rows, right={1, 2, 3}, indent="    ")
     if len(trend.points) > _SHOWN:
         yield f"    and {len(trend.points) - _SHOWN} earlier ones (CSV and JSON have all)"

@@ -8,13 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 
+from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
-from accelcal.compensate.ranges import (
-    TEMPERATURE_MARGIN,
-    outside_temperatures,
-    unknown_shifts,
-    within_temperatures,
-)
+from accelcal.compensate.ranges import TEMPERATURE_MARGIN, outside_temperatures, within_temperatures
 from accelcal.compensate.runs import said_of_runs
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of

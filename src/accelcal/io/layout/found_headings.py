@@ -107,7 +107,9 @@ def labels_of_blocks(row: Sequence[str], lead: int, width: int) -> tuple[Heading
     ]
     starts = [place for place, cell in enumerate(own) if cell]
     texts = [own[place] for place in starts]
-    told = texts if not names else _numbered_by(names[0], texts) if len(names) == 1 else []
+    if len(names) > 1:
+        return ()
+    told = _numbered_by(names[0], texts) if names else texts
     labels = [read_heading(cell) for cell in told]
     is_apart = len(starts) > 1 and starts[0] < width
     is_apart = is_apart and starts == [*range(starts[0], len(starts) * width, width)]
