@@ -362,13 +362,6 @@ def test_all_strokes_of_the_other_sign():
     assert_said(warned, PROPORTIONS, r"K1 is not positive \(-1\.35\d* mA/g\): the sign")
 
 
-def test_a_turned_sign_is_told_once_of_all_runs():
-    record = accelcal.simulate(seed=1)
-    told = str(accelcal.fit(replace(record, output=-record.output)))
-    assert told.count("K1 is not positive") == 1
-    assert "the same for 2 other runs: 2, 3" in " ".join(told.split())
-
-
 @pytest.mark.parametrize(("places", "turn"), [(3, -135), (5, 135)])
 def test_a_turn_beyond_a_quarter_is_no_wrong_sign(places, turn):
     clean = accelcal.simulate(seed=1)

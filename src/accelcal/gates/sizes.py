@@ -136,7 +136,7 @@ def wrong_sign(scale_factor: float, unit: str | None) -> str:
 
 
 def _turned_size(scale_factor: float, unit: str | None) -> str:
-    """Say it with the size in brackets, so that a report tells it once of all runs."""
+    """Say that a scale factor is not positive."""
     return f"K1 is not positive ({scale_factor:.6g} {coefficient_unit('K1', unit)})"
 
 
